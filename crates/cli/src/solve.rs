@@ -91,9 +91,8 @@ pub(crate) struct Request {
 /// The error that is asked for by default.
 const ERROR: f64 = 1e-3;
 
-/// The error that refinement goes on to for points if none is asked for, and the time after which it begins no round. Gradients of the polynomials' light
-/// are off by more than the mean is: in the Cornell box by less than 1 % at 95 of a hundred places with an error of 0.1 %, and at 99 with
-/// this one.
+/// The error that refinement goes on to for points if none is asked for, and the time after which it begins no round. Gradients are off by more
+/// than the mean is: in the Cornell box by less than 1 % at 95 of a hundred places with an error of 0.1 %, and at 99 with this one.
 const ERROR_FOR_POINTS: f64 = 2e-4;
 const TIME_FOR_POINTS: Duration = Duration::from_secs(10);
 

@@ -485,13 +485,16 @@ fn gradients_in_the_cornell_box_are_within_a_hundredth_by_default() {
 
 #[test]
 fn refinement_goes_on_for_points_alone() {
-    let folder = folder("goes-on");
-    let elements = |arguments: &[&str]| {
-        let output = folder.solve(&[arguments, &["--summary"]].concat());
-        let summary = lines(&output).pop().unwrap();
-        [summary["elements"].as_f64().unwrap(), summary["estimate"].as_f64().unwrap(), summary["error"].as_f64().unwrap()]
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/scenes/two_blocks.obj");
+    let folder = Folder::new("goes-on", &[("none.jsonl", "")]);
+    let solved = |arguments: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_radgrad"));
+        let command = command.current_dir(&folder.0).args(["solve", scene, "--summary", "--degree", "1"]).args(arguments);
+        let summary = lines(&command.output().unwrap()).pop().unwrap();
+        ["elements", "error"].map(|name| summary[name].as_f64().unwrap())
     };
-    let [fewer, _, _] = elements(&["--points", "points.jsonl", "--error", "0.1%"]);
-    let [more, estimate, error] = elements(&["--points", "points.jsonl"]);
-    assert!(more >= fewer && estimate <= 2e-4 && error == 1e-3, "{fewer} {more} {estimate} {error}");
+    let [alone, for_points, finely] =
+        [&[][..], &["--points", "none.jsonl"], &["--points", "none.jsonl", "--error", "0.02%"]].map(solved);
+    assert!(for_points[0] == finely[0] && for_points[0] > alone[0], "{alone:?} {for_points:?} {finely:?}");
+    assert!(for_points[1] == 1e-3 && alone[1] == 1e-3, "{alone:?} {for_points:?}");
 }
