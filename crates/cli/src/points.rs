@@ -42,6 +42,13 @@ enum On {
     Free,
 }
 
+impl Point {
+    fn place(&self, solution: &Solution) -> On {
+        let found = || if solution.is_on_a_face(DVec3::from(self.position)) { On::Face } else { On::Free };
+        self.on.unwrap_or_else(found)
+    }
+}
+
 /// One line of the output, each number in each channel of the scene. A point in free space has no radiosity.
 #[derive(Debug, Serialize)]
 struct Answer<'a> {
@@ -112,6 +119,22 @@ impl Points {
         known.map(|point| (DVec3::from(point.position), DVec3::from(point.normal)))
     }
 
+    /// Whether the estimates of the errors of all gradients are within this part of the gradients, but for points that are refused.
+    pub(crate) fn have_gradients_within(&self, solution: &Solution, part: f64) -> bool {
+        let is_within = |point: &Point| {
+            let (position, normal) = (DVec3::from(point.position), DVec3::from(point.normal));
+            let found = match point.place(solution) {
+                On::Face => solution.gradient(position, normal).map(|found| found.irradiance),
+                On::Free => solution.irradiance_gradient_at(position, normal),
+            };
+            let is_known =
+                |found: Gradient| found.gradient.iter().zip(&found.estimate).all(|(of, off)| *off <= part * of.length());
+            found.ok().is_none_or(is_known)
+        };
+        let known: Vec<&Point> = self.0.iter().filter_map(|(_, point)| point.as_ref().ok()).collect();
+        known.into_par_iter().all(is_within)
+    }
+
     /// Answers every line. Returns the number of those that were refused.
     pub(crate) fn answer_all(&self, solution: &Solution, mut output: impl Write) -> io::Result<usize> {
         let answers: Vec<Result<Answer<'_>, Refusal>> = self.0.par_iter().map(|line| answer(solution, line)).collect();
@@ -136,7 +159,7 @@ fn answer<'a>(solution: &Solution, (line, point): &'a (usize, Result<Point, Refu
     let refused = |error: String| Refusal { id: point.id.clone(), line: *line, error };
     let (position, normal) = (DVec3::from(point.position), DVec3::from(point.normal));
     let total = |of: &[Ledger]| of.iter().map(Ledger::total).collect::<Vec<f64>>();
-    let on = point.on.unwrap_or_else(|| if solution.is_on_a_face(position) { On::Face } else { On::Free });
+    let on = point.place(solution);
     let vectors = |of: &Gradient| of.gradient.iter().map(DVec3::to_array).collect::<Vec<[f64; 3]>>();
     let in_space = || Ok((None, solution.irradiance_at(position, normal)?, solution.irradiance_gradient_at(position, normal)?));
     let on_face = || {

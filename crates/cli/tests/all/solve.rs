@@ -484,17 +484,20 @@ fn gradients_in_the_cornell_box_are_within_a_hundredth_by_default() {
 }
 
 #[test]
-fn refinement_goes_on_for_points_alone() {
+fn refinement_goes_on_for_points_whose_gradients_are_hardly_known() {
     let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/scenes/two_blocks.obj");
-    let folder = Folder::new("goes-on", &[("none.jsonl", "")]);
+    // On a side of a block a tenth over the floor, and on the ceiling.
+    let near = "{\"position\":[2.28,1.5,0.106],\"normal\":[0,-1,0]}\n";
+    let far = "{\"position\":[2.926,1.298,2.5],\"normal\":[0,0,-1]}\n";
+    let folder = Folder::new("goes-on", &[("near.jsonl", near), ("far.jsonl", far)]);
     let solved = |arguments: &[&str]| {
         let mut command = Command::new(env!("CARGO_BIN_EXE_radgrad"));
-        let command = command.current_dir(&folder.0).args(["solve", scene, "--summary", "--degree", "1"]).args(arguments);
+        let command = command.current_dir(&folder.0).args(["solve", scene, "--summary"]).args(arguments);
         let summary = lines(&command.output().unwrap()).pop().unwrap();
         ["elements", "error"].map(|name| summary[name].as_f64().unwrap())
     };
-    let [alone, for_points, finely] =
-        [&[][..], &["--points", "none.jsonl"], &["--points", "none.jsonl", "--error", "0.02%"]].map(solved);
-    assert!(for_points[0] == finely[0] && for_points[0] > alone[0], "{alone:?} {for_points:?} {finely:?}");
-    assert!(for_points[1] == 1e-3 && alone[1] == 1e-3, "{alone:?} {for_points:?}");
+    let [alone, far, near, finely] =
+        [&[][..], &["--points", "far.jsonl"], &["--points", "near.jsonl"], &["--error", "0.02%"]].map(solved);
+    assert!(far[0] < near[0] && near[0] == finely[0], "{far:?} {near:?} {finely:?}");
+    assert!([alone, far, near].iter().all(|of| of[1] == 1e-3), "{alone:?} {far:?} {near:?}");
 }
