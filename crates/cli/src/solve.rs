@@ -29,7 +29,7 @@ pub(crate) struct Request {
     max_reflectance: Option<f64>,
     /// Estimate of the error of the mean radiosity over the mean that is reflected, at most: a percentage or a fraction [default: 0.1%;
     /// with --points refinement goes on until their gradients are within 1% by their estimates, to 0.02% at most, and begins no round
-    /// after ten seconds]
+    /// after a sixth of --seconds]
     #[arg(long, value_parser = fraction)]
     error: Option<f64>,
     /// Go by the proven bound on the error of the mean instead: over the same, at most this, a percentage or a fraction.
@@ -93,10 +93,10 @@ pub(crate) struct Request {
 const ERROR: f64 = 1e-3;
 
 /// Gradients are off by more than the mean is. If no error is asked for, refinement goes on for points until the estimates of their gradients'
-/// errors are within this part of the gradients, or the error is this; and begins no round after this time.
+/// errors are within this part of the gradients, or the error is this; and begins no round after this part of the time.
 const GRADIENT: f64 = 0.01;
 const ERROR_FOR_POINTS: f64 = 2e-4;
-const TIME_FOR_POINTS: Duration = Duration::from_secs(10);
+const TIME_FOR_POINTS: f64 = 1.0 / 6.0;
 
 /// [`Marking`] on the command line.
 #[derive(Debug, Clone, Copy, Default, ValueEnum)]
@@ -362,7 +362,8 @@ fn solved(
         };
         failure = watched().err();
         let is_known = || points.is_none_or(|points| points.have_gradients_within(solution, GRADIENT));
-        let is_over = request.goes_on() && p.estimate <= request.error() && (start.elapsed() >= TIME_FOR_POINTS || is_known());
+        let is_late = || start.elapsed() >= request.seconds.mul_f64(TIME_FOR_POINTS);
+        let is_over = request.goes_on() && p.estimate <= request.error() && (is_late() || is_known());
         failure.is_none() && !is_over
     });
     bar.finish_and_clear();
