@@ -453,10 +453,13 @@ fn gradients_in_the_cornell_box_are_within_a_hundredth_by_default() {
     let folder = Folder::new("gradients", &[("points.jsonl", &points)]);
     let mut command = Command::new(env!("CARGO_BIN_EXE_radgrad"));
     let scene = format!("{data}/scenes/cornell.obj");
-    let command = command.current_dir(&folder.0).args(["solve", &scene, "--points", "points.jsonl", "--seconds", "600"]);
-    let output = command.output().unwrap();
-    let found = lines(&output);
+    let arguments = ["solve", &scene, "--points", "points.jsonl", "--seconds", "600", "--summary"];
+    let output = command.current_dir(&folder.0).args(arguments).output().unwrap();
+    let mut found = lines(&output);
+    let summary = found.pop().unwrap();
     assert_eq!(found.len(), truth.len());
+    // Some gradients are known to less than a hundredth at the error that is asked for: refinement went on for them.
+    assert!(summary["error"] == 1e-3 && summary["estimate"].as_f64().unwrap() <= 2e-4, "{summary}");
     let vector = |of: &Value| [0, 1, 2].map(|k| of[k].as_f64().unwrap());
     let length = |of: [f64; 3]| of.iter().map(|c| c * c).sum::<f64>().sqrt();
     let (mut parts, mut effectivities) = (Vec::new(), Vec::new());
@@ -481,23 +484,4 @@ fn gradients_in_the_cornell_box_are_within_a_hundredth_by_default() {
     );
     assert!(within(0.01) >= 0.97 && within(0.02) >= 0.99, "{parts:.4?}");
     assert!((1.0..=5.0).contains(&median), "{median}");
-}
-
-#[test]
-fn refinement_goes_on_for_points_whose_gradients_are_hardly_known() {
-    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/scenes/two_blocks.obj");
-    // On a side of a block a tenth over the floor, and on the ceiling.
-    let near = "{\"position\":[2.28,1.5,0.106],\"normal\":[0,-1,0]}\n";
-    let far = "{\"position\":[2.926,1.298,2.5],\"normal\":[0,0,-1]}\n";
-    let folder = Folder::new("goes-on", &[("near.jsonl", near), ("far.jsonl", far)]);
-    let solved = |points: &str| {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_radgrad"));
-        let arguments = ["solve", scene, "--summary", "--seconds", "600", "--points", points];
-        let command = command.current_dir(&folder.0).args(arguments);
-        let summary = lines(&command.output().unwrap()).pop().unwrap();
-        ["estimate", "error"].map(|name| summary[name].as_f64().unwrap())
-    };
-    let [far, near] = ["far.jsonl", "near.jsonl"].map(solved);
-    assert!(far[0] <= 1e-3 && far[0] > 2e-4 && near[0] <= 2e-4, "{far:?} {near:?}");
-    assert!(far[1] == 1e-3 && near[1] == 1e-3, "{far:?} {near:?}");
 }
