@@ -43,6 +43,12 @@ enum On {
 }
 
 impl Point {
+    /// Its position and normal.
+    fn sensor(&self) -> (DVec3, DVec3) {
+        (DVec3::from(self.position), DVec3::from(self.normal))
+    }
+
+    /// Where it is in a solution.
     fn place(&self, solution: &Solution) -> On {
         let found = || if solution.is_on_a_face(DVec3::from(self.position)) { On::Face } else { On::Free };
         self.on.unwrap_or_else(found)
@@ -115,14 +121,18 @@ impl Points {
 
     /// Positions and normals, of lines that are points.
     pub(crate) fn places(&self) -> impl Iterator<Item = (DVec3, DVec3)> {
-        let known = self.0.iter().filter_map(|(_, point)| point.as_ref().ok());
-        known.map(|point| (DVec3::from(point.position), DVec3::from(point.normal)))
+        self.known().map(Point::sensor)
+    }
+
+    /// The lines that are points.
+    fn known(&self) -> impl Iterator<Item = &Point> {
+        self.0.iter().filter_map(|(_, point)| point.as_ref().ok())
     }
 
     /// Whether the estimates of the errors of all gradients are within this part of the gradients, but for points that are refused.
     pub(crate) fn have_gradients_within(&self, solution: &Solution, part: f64) -> bool {
         let is_within = |point: &Point| {
-            let (position, normal) = (DVec3::from(point.position), DVec3::from(point.normal));
+            let (position, normal) = point.sensor();
             let found = match point.place(solution) {
                 On::Face => solution.gradient(position, normal).map(|found| found.irradiance),
                 On::Free => solution.irradiance_gradient_at(position, normal),
@@ -131,8 +141,7 @@ impl Points {
                 |found: Gradient| found.gradient.iter().zip(&found.estimate).all(|(of, off)| *off <= part * of.length());
             found.ok().is_none_or(is_known)
         };
-        let known: Vec<&Point> = self.0.iter().filter_map(|(_, point)| point.as_ref().ok()).collect();
-        known.into_par_iter().all(is_within)
+        self.known().collect::<Vec<_>>().into_par_iter().all(is_within)
     }
 
     /// Answers every line. Returns the number of those that were refused.
@@ -157,7 +166,7 @@ impl Points {
 fn answer<'a>(solution: &Solution, (line, point): &'a (usize, Result<Point, Refusal>)) -> Result<Answer<'a>, Refusal> {
     let point = point.as_ref().map_err(Refusal::clone)?;
     let refused = |error: String| Refusal { id: point.id.clone(), line: *line, error };
-    let (position, normal) = (DVec3::from(point.position), DVec3::from(point.normal));
+    let (position, normal) = point.sensor();
     let total = |of: &[Ledger]| of.iter().map(Ledger::total).collect::<Vec<f64>>();
     let on = point.place(solution);
     let vectors = |of: &Gradient| of.gradient.iter().map(DVec3::to_array).collect::<Vec<[f64; 3]>>();

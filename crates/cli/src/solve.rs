@@ -89,9 +89,6 @@ pub(crate) struct Request {
     view: View,
 }
 
-/// The error that is asked for by default.
-const ERROR: f64 = 1e-3;
-
 /// Gradients are off by more than the mean is. If no error is asked for, refinement goes on for points until the estimates of their gradients'
 /// errors are within this part of the gradients, or the error is this; and begins no round after this part of the time.
 const GRADIENT: f64 = 0.01;
@@ -151,7 +148,9 @@ impl Request {
             (Some(form_factor), Some(area)) => Linking::Thresholds { form_factor, area },
             _ => Linking::Error,
         };
-        let error = self.error.unwrap_or(if self.goes_on() { ERROR_FOR_POINTS } else { ERROR });
+        // Where none is asked for.
+        let goes_on = self.points.is_some() && self.error.is_none() && self.bound.is_none();
+        let error = if goes_on { ERROR_FOR_POINTS } else { self.error() };
         let (degree, most_elements, time) = (self.degree, self.most_elements, Some(time));
         // Thresholds say by themselves how many elements there are.
         let first_elements = if linking == Linking::Error { Options::default().first_elements } else { 1 };
@@ -175,12 +174,7 @@ impl Request {
 impl Request {
     /// The error that is asked for.
     fn error(&self) -> f64 {
-        self.error.unwrap_or(ERROR)
-    }
-
-    /// Whether refinement goes on for points beyond the error asked for.
-    fn goes_on(&self) -> bool {
-        self.points.is_some() && self.error.is_none() && self.bound.is_none()
+        self.error.unwrap_or(Options::default().error)
     }
 
     /// Files that are read and written must not be one.
@@ -363,8 +357,9 @@ fn solved(
         failure = watched().err();
         let is_known = || points.is_none_or(|points| points.have_gradients_within(solution, GRADIENT));
         let is_late = || start.elapsed() >= request.seconds.mul_f64(TIME_FOR_POINTS);
-        let is_over = request.goes_on() && p.estimate <= request.error() && (is_late() || is_known());
-        failure.is_none() && !is_over
+        // Beyond the error asked for, for points.
+        let goes_on = options.error < p.estimate && p.estimate <= request.error();
+        failure.is_none() && !(goes_on && (is_late() || is_known()))
     });
     bar.finish_and_clear();
     if let Some(failure) = failure {

@@ -29,6 +29,10 @@ pub(crate) struct SolutionCore {
     seconds: f64,
 }
 
+/// Points, their normals, whether they are taken to be on faces (else those near one are), and the shape that both have together.
+#[derive(Debug, FromPyObject)]
+struct Asked<'py>(PyReadonlyArrayDyn<'py, f64>, PyReadonlyArrayDyn<'py, f64>, Option<bool>, Vec<usize>);
+
 /// Options of a solve; `None` takes Rust's default.
 #[derive(Debug, Clone, FromPyObject)]
 #[pyo3(from_item_all)]
@@ -133,16 +137,8 @@ impl SolutionCore {
     }
 
     /// At points, row by row: radiosity, bound and estimate, the same of the irradiance, and the faces that they are on: -1 in free space,
-    /// where the radiosity is that of a white surface, the irradiance. `on_face` says where points are taken to be; else those near a
-    /// face are on one.
-    fn gather<'py>(
-        &self,
-        py: Python<'py>,
-        points: PyReadonlyArrayDyn<'py, f64>,
-        normals: PyReadonlyArrayDyn<'py, f64>,
-        on_face: Option<bool>,
-        shape: Vec<usize>,
-    ) -> PyResult<Bound<'py, PyTuple>> {
+    /// where the radiosity is that of a white surface, the irradiance.
+    fn gather<'py>(&self, py: Python<'py>, asked: Asked<'py>) -> PyResult<Bound<'py, PyTuple>> {
         let solution = &*self.solution;
         let of = |point: DVec3, normal: DVec3, is_on_face: bool| {
             let found = if is_on_face {
@@ -160,7 +156,7 @@ impl SolutionCore {
             let out_of_range = found.radiosity[0].iter().chain(&found.irradiance[0]).find(|value| !value.is_finite()).copied();
             Ok((found, out_of_range.map(|value| format!("the radiosity is {value}"))))
         };
-        let found = self.at_each(py, (&points, &normals, shape), on_face, of)?;
+        let found = self.at_each(py, asked, of)?;
         let [radiosity, bound, estimate] =
             [0, 1, 2].map(|k| PyArray1::from_iter(py, found.iter().flat_map(|of| of.radiosity[k].iter().copied())));
         let irradiance = [0, 1, 2].map(|k| PyArray1::from_iter(py, found.iter().flat_map(|of| of.irradiance[k].iter().copied())));
@@ -169,16 +165,9 @@ impl SolutionCore {
         (radiosity, bound, estimate, irradiance, irradiance_bound, irradiance_estimate, face).into_pyobject(py)
     }
 
-    /// At points, row by row: gradients of the radiosity and estimates of their errors' lengths, and the same of the irradiance; as for
-    /// [`Self::gather`].
-    fn gradient<'py>(
-        &self,
-        py: Python<'py>,
-        points: PyReadonlyArrayDyn<'py, f64>,
-        normals: PyReadonlyArrayDyn<'py, f64>,
-        on_face: Option<bool>,
-        shape: Vec<usize>,
-    ) -> PyResult<Bound<'py, PyTuple>> {
+    /// At points, row by row: gradients of the radiosity and estimates of their errors' lengths, and the same of the irradiance; in free
+    /// space both are that.
+    fn gradient<'py>(&self, py: Python<'py>, asked: Asked<'py>) -> PyResult<Bound<'py, PyTuple>> {
         let solution = &*self.solution;
         let of = |point: DVec3, normal: DVec3, is_on_face: bool| {
             let found = if is_on_face {
@@ -191,7 +180,7 @@ impl SolutionCore {
             let out_of_range = found.iter().flat_map(|of| &of.gradient).find(|slope| !slope.is_finite()).copied();
             Ok((found, out_of_range.map(|slope| format!("the gradient is {slope}"))))
         };
-        let found = self.at_each(py, (&points, &normals, shape), on_face, of)?;
+        let found = self.at_each(py, asked, of)?;
         let slopes = |k: usize| found.iter().flat_map(move |of| of[k].gradient.iter().flat_map(DVec3::to_array));
         let estimates = |k: usize| found.iter().flat_map(move |of| of[k].estimate.iter().copied());
         let [radiosity, irradiance] = [0, 1].map(|k| PyArray1::from_iter(py, slopes(k)));
@@ -234,15 +223,15 @@ impl SolutionCore {
 }
 
 impl SolutionCore {
-    /// What points get, one by one, by the point, its normal and whether it is on a face; and what is wrong with it, if it is no number.
+    /// Asks `of` for the answer at each point, by the point, its normal and whether it is on a face. Beside an answer that is beyond the range of
+    /// a double `of` gives a sentence that says so.
     fn at_each<T: Send>(
         &self,
         py: Python<'_>,
-        (points, normals, shape): (&PyReadonlyArrayDyn<'_, f64>, &PyReadonlyArrayDyn<'_, f64>, Vec<usize>),
-        on_face: Option<bool>,
+        Asked(points, normals, on_face, shape): Asked<'_>,
         of: impl Fn(DVec3, DVec3, bool) -> Result<(T, Option<String>), radgrad_solver::Error> + Sync,
     ) -> PyResult<Vec<T>> {
-        let (points, normals, shape) = (vectors(points)?, vectors(normals)?, Shape(shape));
+        let (points, normals, shape) = (vectors(&points)?, vectors(&normals)?, Shape(shape));
         detached(py, false, |stop| {
             let one = |(index, point): (usize, &DVec3)| {
                 if stop.is_set() {

@@ -571,7 +571,7 @@ class Solution:
             If a point is near a face, and none there faces along the normal; or not finite.
         """
         shape, rows, directions = _pairs(points, normals)
-        return _gathered(self._core.gather(rows, directions, _on_face(on), list(shape)), shape, len(self._scene.channels))
+        return _gathered(self._core.gather((rows, directions, _on_face(on), list(shape))), shape, len(self._scene.channels))
 
     def gradient(self, points: ArrayLike, normals: ArrayLike, on: Optional[str] = None) -> Slopes:
         """Gradients of radiosity and irradiance at points anywhere.
@@ -595,7 +595,7 @@ class Solution:
             If a point is near a face, and none there faces along the normal; or not finite.
         """
         shape, rows, directions = _pairs(points, normals)
-        columns = self._core.gradient(rows, directions, _on_face(on), list(shape))
+        columns = self._core.gradient((rows, directions, _on_face(on), list(shape)))
         channels = len(self._scene.channels)
         slopes = [column.reshape((*shape, channels, 3)) for column in columns[::2]]
         estimates = [column.reshape((*shape, channels)) for column in columns[1::2]]

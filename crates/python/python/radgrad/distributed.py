@@ -162,7 +162,7 @@ def _job(
     scene = _scene(digests[0], sent)
     solution: Solution = _keep("/".join(digests), lambda: _solved_again(scene, again, digests[1]))
     points, normals = part
-    return solution._core.gather(_whole(points), _whole(normals), on_face, [len(points)])
+    return solution._core.gather((_whole(points), _whole(normals), on_face, [len(points)]))
 
 
 def gather(

@@ -18,7 +18,7 @@ pub(super) type Sample = Option<Vec<f64>>;
 pub(super) struct Kept(Mutex<HashMap<(usize, [u64; 3]), Sample>>);
 
 impl Kept {
-    /// What was kept, or is found now.
+    /// Gives the sample at a place of a leaf: the one that is kept, or else the one that `found` makes, which is then kept.
     pub(super) fn at(&self, leaf: usize, place: DVec3, found: impl FnOnce() -> Result<Sample, Error>) -> Result<Sample, Error> {
         let key = (leaf, place.to_array().map(f64::to_bits));
         let known = self.0.lock().unwrap_or_else(PoisonError::into_inner).get(&key).cloned();
