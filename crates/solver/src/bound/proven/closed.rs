@@ -74,10 +74,14 @@ impl Closure {
 fn closed(mesh: &Mesh, edges: &Edges, covers: &mut [Vec<Vec<DVec3>>]) -> Option<bool> {
     let polygons = mesh.polygons();
     let mut parts: Vec<Vec<DVec3>> = (0..polygons.len()).flat_map(|face| mesh.convex_parts(face).iter().cloned()).collect();
-    for rim in edges.rims()? {
+    let (rims, rimmed) = edges.rims()?;
+    for rim in rims {
         let bottom = Polygon::new(rim).ok()?;
         let (convex, mut area) = (convex_parts(&bottom)?, 0.0);
         for face in faces_beneath(polygons, &bottom) {
+            if rimmed.contains(&face) {
+                return Some(false);
+            }
             let pairs = mesh.convex_parts(face).iter().flat_map(|of| convex.iter().map(move |part| (of, part)));
             area += pairs.map(|(of, part)| common_area(of, polygons[face].normal(), part)).sum::<f64>();
             covers[face].extend(convex.iter().cloned());
@@ -180,6 +184,7 @@ mod tests {
         let through_the_floor = cuboid([1.0, 1.0, -0.5], [2.0, 2.5, 1.0]);
         let outside = cuboid([5.0, 1.0, 0.0], [6.0, 2.0, 1.0]);
         let over_the_edge = cuboid([3.0, 1.0, 1.0], [5.0, 2.0, 2.0]);
+        let at = |x: f64, y: f64| [x, y, 0.0];
         let cases = [
             (polygons(&[&empty]), true),
             (polygons(&[&empty[1..]]), false),
@@ -196,6 +201,9 @@ mod tests {
             (polygons(&[&empty, &over_the_edge]), false),
             (polygons(&[&empty, &hanging, &cuboid([1.2, 1.2, 0.6], [1.8, 1.8, 0.8])]), false),
             (polygons(&[&block]), false),
+            (polygons(&[&empty, &hanging[..1]]), false),
+            (polygons(&[&empty, &hanging[1..2]]), false),
+            (polygons(&[&hanging[..1], &[[at(0.0, 0.0), at(4.0, 0.0), at(4.0, 4.0), at(0.0, 4.0)]]]), false),
         ];
         for (index, (faces, expected)) in cases.iter().enumerate() {
             assert_eq!(closure(faces).1.is_closed(), *expected, "case {index}");

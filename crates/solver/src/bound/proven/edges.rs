@@ -4,7 +4,7 @@
 //! does not change across that edge. Other edges are outlines. A corner of another face that is on an edge (a T-junction) divides it
 //! into two edges, and each may be shared by itself.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use radgrad_core::{DVec3, Polygon};
 use radgrad_scene::{largest, smallest};
@@ -127,10 +127,12 @@ impl Edges {
         self.all[line].faces.is_empty()
     }
 
-    /// Loops of the edges along which one more face runs one way than the other, each in the way in which a face that filled it would run.
-    /// `None` if there is an edge with more than one such face, if faces cross, and if loops touch each other.
-    pub(super) fn rims(&self) -> Option<Vec<Vec<DVec3>>> {
+    /// Loops of the edges along which one more face runs one way than the other, each in the way in which a face that filled it would run,
+    /// with the faces that have such an edge. `None` if there is an edge with more than one such face, if faces cross, and if loops touch
+    /// each other.
+    pub(super) fn rims(&self) -> Option<(Vec<Vec<DVec3>>, BTreeSet<usize>)> {
         let mut next: BTreeMap<[u64; 3], DVec3> = BTreeMap::new();
+        let mut faces = BTreeSet::new();
         for edge in &self.all {
             let [start, end] = edge.ends;
             let runs = |way: bool| edge.faces.iter().filter(|(_, along)| *along == way).count();
@@ -141,6 +143,7 @@ impl Edges {
                 (_, along, other) if along + 1 == other => (start, end),
                 _ => return None,
             };
+            faces.extend(edge.faces.iter().map(|(face, _)| *face));
             if next.insert(bits(from), to).is_some() {
                 return None;
             }
@@ -153,7 +156,7 @@ impl Edges {
             }
             rims.push(rim);
         }
-        Some(rims)
+        Some((rims, faces))
     }
 
     /// What a face hangs together with: a number that all of these have.
