@@ -36,7 +36,9 @@
 //!
 //! The mean of `B_h` over all area is off by `mean(w r)` with `w = 1 + G rho w`, as G is the same both ways; `w_i` is bounded by the same
 //! knapsack. On i that is at most `w_i m_i`, or `u_i o_i + w_i a_i` with `u_i` a bound on the root mean square of w less a polynomial: of
-//! the sum over j of what `f_j`, or the derivatives of the kernel in x, leave of `rho_j w_j`.
+//! the sum over j of what `f_j`, or the derivatives of the kernel in x, leave of `rho_j w_j`. Where nothing hides anything there is another
+//! bound on `u_i`: for any polynomials phi, about the importance, and `d = 1 + G rho phi - phi` it is `w - phi = d + G rho (w - phi)`, so that
+//! `|w - phi|` is at most a v with `v >= |d| + G rho v`, and `u_i` at most the largest `|d|` on i and what the derivatives leave of `rho_j v_j`.
 //!
 //! *What is orthogonal.* Let `H - P H` be that of the sources that i sees as a whole, Q the orthogonal projection on i's polynomials, of degree m,
 //! and T Taylor's polynomial of degree m + 2, of which the next section leaves R. P is Q for such polynomials, as its nodes are exact for their
@@ -66,8 +68,8 @@
 //!
 //! since `dF/dt = (1/pi) sum_e int_e z (e x (y - x)).u / |y - x|^4 ds`, z and the product do not change with t, and `|y - x|^-4` is the
 //! generating function of Gegenbauer's polynomials, `|C_m^2| <= (m + 1)(m + 2)(m + 3)/6`; with the rest of `B_j` the kernel's own series
-//! over the area. The horizon does not move, as i is plane. More places of i than its nodes narrow the bound of wholly seen
-//! sources ([`finely`]). All other sources count by size, in the part of the hemisphere that is left.
+//! over the area. The horizon does not move, as i is plane. On a parallelogram a polynomial in each coordinate may leave less
+//! ([`continued`]). More places of i than its nodes narrow the bound of wholly seen sources ([`finely`]). All other sources count by size, in the part of the hemisphere that is left.
 //!
 //! **Closed scenes.** If faces are met from the front in every direction ([`closed`]) form factors sum to 1, and a constant
 //! radiosity gives every place of i the same: so any number may be taken from the radiosity in `H - P H`; it is about the mean
@@ -103,6 +105,7 @@
 
 mod cells;
 mod closed;
+mod continued;
 mod edges;
 mod finely;
 mod left;
@@ -377,9 +380,11 @@ impl Solved<'_> {
     /// How often receivers are cut into cells before what that gains is known: where no bound is asked for only if nothing hides anything from
     /// any of them, and as long as that costs little.
     fn deepest_at_first(&self, ground: &Ground) -> usize {
-        if !ground.enough.is_empty() {
-            return 1;
-        }
+        if ground.enough.is_empty() { self.deepest_in_the_clear() } else { 1 }
+    }
+
+    /// How often that is if nothing hides anything from any receiver and it costs little; else 0.
+    fn deepest_in_the_clear(&self) -> usize {
         let sees_all = |&receiver: &usize| {
             self.far[receiver].is_empty() && self.links[receiver].iter().all(|link| !matches!(link.sight, Sight::Past(_)))
         };
@@ -591,9 +596,12 @@ impl Proven {
         };
         let all: Vec<usize> = (0..receivers.len()).collect();
         let (mut reflected, views): (Vec<Vec<Rest>>, Vec<Views>) = cut(&all, &deepest)?.into_iter().unzip();
-        let mut swapped = solved.importance.map(|sent| Swapped::of(&solved, ground, sent.clone()));
+        let (in_the_clear, is_closed) = (solved.deepest_in_the_clear(), ground.is_closed());
+        let of_importance = (solved.importance.filter(|_| !is_closed && in_the_clear > 0))
+            .map(|sent| swapped::left_of_importance(&solved, ground, sent, in_the_clear));
+        let mut swapped = solved.importance.filter(|_| is_closed).map(|sent| Swapped::of(&solved, ground, sent.clone()));
         loop {
-            let mut proven = Self::by(&solved, &views, direct.clone(), reflected.clone())?;
+            let mut proven = Self::by(&solved, &views, (direct.clone(), reflected.clone()), of_importance.as_deref())?;
             while let Some(swapped) = &mut swapped {
                 let by_importance = swapped.mean(&solved, &proven);
                 let is_worth_more = proven.mean.iter().zip(&by_importance).any(|(mean, (_, evenly))| *evenly < mean.total());
@@ -637,8 +645,14 @@ impl Proven {
         if left.total() > 0.0 { self.counts[receiver][channel] * left.discretisation / left.total() } else { 0.0 }
     }
 
-    /// The bounds from what is left on elements of direct light and on receivers of reflected light; `None` where light may not be lost.
-    fn by(solved: &Solved<'_>, views: &[Views], direct: Vec<Vec<Rest>>, reflected: Vec<Vec<Rest>>) -> Option<Self> {
+    /// The bounds from what is left on elements of direct light and on receivers of reflected light, and, if it is known, of the importance;
+    /// `None` where light may not be lost.
+    fn by(
+        solved: &Solved<'_>,
+        views: &[Views],
+        (direct, reflected): (Vec<Vec<Rest>>, Vec<Vec<Rest>>),
+        of_importance: Option<&[Vec<f64>]>,
+    ) -> Option<Self> {
         let Solved { mesh, receivers, channels, .. } = *solved;
         let leaves: Vec<usize> = mesh.leaves().collect();
         let reflected = everywhere(mesh, receivers, reflected, channels);
@@ -675,8 +689,16 @@ impl Proven {
             let light_on = everywhere_most(mesh, receivers, &of_light);
             let swept = sweep(solved, views, &light_on);
             let of_unit: Vec<f64> = swept.iter().map(|gathered| 1.0 + gathered).collect();
-            let uneven: Vec<f64> =
+            let mut uneven: Vec<f64> =
                 views.iter().zip(&swept).map(|(views, most)| least(views.uneven(&light_on) * ROUNDED, *most)).collect();
+            if let Some(left) = of_importance {
+                let own: Vec<f64> = receivers.iter().zip(left).map(|(&receiver, left)| rho(receiver) * left[channel]).collect();
+                let rest = everywhere_most(mesh, receivers, &risen(&own));
+                for ((uneven, left), views) in uneven.iter_mut().zip(left).zip(views) {
+                    let of_rest = (left[channel] + views.uneven(&rest)) * ROUNDED;
+                    *uneven = least(*uneven, mutant!("solver.uneven", of_rest, |of_rest| 1e-3 * of_rest));
+                }
+            }
 
             // The most light that there can be, whatever was computed: reflected once, and more often.
             let given: Vec<f64> = mesh.elements().iter().map(|element| solved.given(element.face(), channel)).collect();

@@ -43,8 +43,7 @@ impl Solution {
             };
             let leaves: Vec<usize> = self.mesh.leaves().filter(|_| !self.direct.is_empty()).collect();
             let direct = leaves.into_par_iter().map(of_leaf).collect();
-            // In open scenes the importance leaves out no less than light does.
-            let is_wanted = self.ground.is_closed() && !self.surfaces.is_textured() && self.mesh.clusters().root().is_none();
+            let is_wanted = !self.surfaces.is_textured() && self.mesh.clusters().root().is_none();
             let solved = Solved {
                 mesh: &self.mesh,
                 surfaces: &self.surfaces,

@@ -5,11 +5,10 @@
 //! | `S` | the irradiance of sources that are wholly seen from all of an element |
 //! | `P S`, `r` | its projection from the element's nodes, and `S - P S` |
 //! | `Q` | interpolation by Legendre polynomials of degree n in s and in t at `(n + 1)^2` Gauss nodes |
-//! | `q` | what Taylor's polynomial of degree n leaves of S: module [`super`], by sources |
+//! | `q` | what a polynomial p of degree n leaves of S: Taylor's (module [`super`], by sources) or one in each coordinate ([`super::continued`]) |
 //! | `d` | bound on the errors of the evaluations at the nodes of Q |
 //!
-//! `Q p = p` for polynomials p of degree n, and so for P S. Taylor's polynomial p of S has `S - Q S = (S - p) - Q (S - p)`; and
-//! `r = Q r + (S - Q S)`.
+//! `Q p = p` for polynomials p of degree n, and so for P S. So `S - Q S = (S - p) - Q (S - p)`, and `r = Q r + (S - Q S)`.
 //!
 //! The nodes' rule is exact for the square of what Q gives, so that the root mean square of `Q g` is that of g at the nodes: in the mean
 //! `|r|` is at most that of r at the nodes, and `2 q + d` more. As for all p of that degree
@@ -39,10 +38,9 @@ const DEGREES: [usize; 4] = [3, 5, 7, 11];
 const MOST_CUTS: usize = 2;
 const MOST_EVALUATIONS: usize = 20_000;
 
-/// Share of the residual at the nodes up to which the rest of Taylor's series may go, and where an element may be cut into cells; above it
-/// more nodes are tried.
-const PART: f64 = 0.01;
-const PART_IN_CELLS: f64 = 1e-4;
+/// Share of the residual at the nodes up to which what polynomials leave may go; above it more nodes are tried. The part of the residual along
+/// an element's polynomials counts whole in the mean, the rest for what the importance has beyond them.
+const PART: f64 = 1e-4;
 
 /// A cell of an element, and the corner of its square in the reference coordinates of the element.
 type Cell = (Element, [f64; 2]);
@@ -138,7 +136,6 @@ impl Proof<'_> {
             taken.iter().for_each(|&source| sums.iter_mut().zip(beyond(source, way)).for_each(|(sum, of)| *sum = sum.and(of)));
             sums
         };
-        let part = if levels.len() > 1 { PART_IN_CELLS } else { PART };
         let places = |&(level, degree): &(usize, usize)| levels[level].len() * (degree + 1) * (degree + 1);
         let ways = (0..levels.len()).flat_map(|level| DEGREES.map(|degree| (level, degree)));
         let mut ways: Vec<(usize, usize)> =
@@ -146,7 +143,7 @@ impl Proof<'_> {
         ways.sort_by_key(places);
         let enough = |way: (usize, usize)| {
             let left = left_by(way);
-            left.iter().zip(&held).all(|(left, held)| left.mean <= part * held[basis.len()]).then_some((way, left))
+            left.iter().zip(&held).all(|(left, held)| left.mean <= PART * held[basis.len()]).then_some((way, left))
         };
         let ((level, degree), beyond) = match ways.into_iter().find_map(enough) {
             Some(found) => found,

@@ -6,6 +6,7 @@ use radgrad_core::{DVec3, mutant};
 use radgrad_scene::{largest, smallest as least};
 
 use super::cells::Bases;
+use super::continued::Continued;
 use super::edges::Edges;
 use super::finely::Finely;
 use super::nodes::{Nodes, ROUNDED};
@@ -394,7 +395,7 @@ impl Proof<'_> {
         }
     }
 
-    /// What Taylor's polynomial leaves of what a part gives.
+    /// What a polynomial leaves of what a part gives: Taylor's, or on a parallelogram another.
     pub(super) fn smooth(&self, target: &Target<'_>, source: usize, p: &Polynomial, degree: usize) -> f64 {
         let source = &self.mesh.elements()[source];
         let mut sum = 0.0;
@@ -404,7 +405,10 @@ impl Proof<'_> {
         if p.rest > 0.0 {
             sum += p.rest * target.beyond_of_any(source, degree);
         }
-        sum
+        if sum == 0.0 || target.element.shape() == Shape::Triangle {
+            return sum;
+        }
+        least(sum, p.size * Continued::of(target, source).beyond(degree))
     }
 
     /// How much the form factor of a source changes by its own edges between places that are so far apart.

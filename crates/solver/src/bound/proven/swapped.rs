@@ -308,6 +308,17 @@ impl Swapped {
     }
 }
 
+/// For each receiver, in each channel, a bound on what an importance leaves out, where nothing lies on anything.
+pub(super) fn left_of_importance(solved: &Solved<'_>, ground: &Ground, sent: &Field, deepest: usize) -> Vec<Vec<f64>> {
+    let (count, channels) = (solved.receivers.len(), solved.channels);
+    let (covered, even) = (vec![0.0; count], vec![1.0; channels]);
+    let importance = Swapped { sent: sent.clone(), covered, even, left: Vec::new(), deepest: Vec::new() };
+    let of = |place: usize| -> Vec<f64> {
+        importance.through(solved, ground, place, deepest).iter().map(|left| left.largest.total()).collect()
+    };
+    (0..count).into_par_iter().map(of).collect()
+}
+
 /// A bound on the mean over a receiver of the magnitude of the radiosity that was found.
 fn brightness(solved: &Solved<'_>, receiver: usize, channel: usize) -> f64 {
     solved.found_at_most(receiver, channel) + solved.surfaces.emitted[solved.mesh.elements()[receiver].face()][channel]
