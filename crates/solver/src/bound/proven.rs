@@ -157,6 +157,10 @@ const OVER_BOUND: f64 = 0.3;
 const DEEPEST_IN_THE_CLEAR: usize = 2;
 const MOST_IN_THE_CLEAR: usize = 32_000;
 
+/// The part of the bound that has to be the unevenness of the weights, before they are known better by what the importance leaves out: that is
+/// as much work as what light leaves out.
+const UNEVENLY: f64 = 0.3;
+
 /// The receivers that are cut further at a time leave this part of what all receivers leave.
 const AT_A_TIME: f64 = 0.3;
 
@@ -238,6 +242,8 @@ pub(crate) struct Proven {
     /// For each receiver and channel, what its own residual adds to the bound on the mean, over its part of the area.
     counts: Vec<Vec<f64>>,
     shares: Vec<Ledger>,
+    /// Whether the bound on the mean in a channel is for the most part what the weights `w` are off from polynomials.
+    is_by_unevenness: bool,
     /// For each element and channel, how much the polynomials are off anywhere on it at most, and in the mean.
     most_off: Vec<Vec<[f64; 2]>>,
     /// For each channel, on clusters: residuals, gathered errors, and errors of the polynomials.
@@ -597,11 +603,18 @@ impl Proven {
         let all: Vec<usize> = (0..receivers.len()).collect();
         let (mut reflected, views): (Vec<Vec<Rest>>, Vec<Views>) = cut(&all, &deepest)?.into_iter().unzip();
         let (in_the_clear, is_closed) = (solved.deepest_in_the_clear(), ground.is_closed());
-        let of_importance = (solved.importance.filter(|_| !is_closed && in_the_clear > 0))
-            .map(|sent| swapped::left_of_importance(&solved, ground, sent, in_the_clear));
+        let open = solved.importance.filter(|_| !is_closed && in_the_clear > 0);
         let mut swapped = solved.importance.filter(|_| is_closed).map(|sent| Swapped::of(&solved, ground, sent.clone()));
+        let mut of_importance = None;
         loop {
-            let mut proven = Self::by(&solved, &views, (direct.clone(), reflected.clone()), of_importance.as_deref())?;
+            let by = |of_importance: Option<&[Vec<f64>]>| {
+                Self::by(&solved, &views, (direct.clone(), reflected.clone()), of_importance)
+            };
+            let mut proven = by(of_importance.as_deref())?;
+            if let (Some(sent), None, true) = (open, &of_importance, proven.is_by_unevenness) {
+                of_importance = Some(swapped::left_of_importance(&solved, ground, sent, in_the_clear));
+                proven = by(of_importance.as_deref())?;
+            }
             while let Some(swapped) = &mut swapped {
                 let by_importance = swapped.mean(&solved, &proven);
                 let is_worth_more = proven.mean.iter().zip(&by_importance).any(|(mean, (_, evenly))| *evenly < mean.total());
@@ -668,6 +681,7 @@ impl Proven {
         let mut carried = vec![vec![0.0; channels]; mesh.elements().len()];
         let (mut counts, mut most_off) = (carried.clone(), vec![vec![[0.0; 2]; channels]; mesh.elements().len()]);
         let mut mean: Vec<Ledger> = Vec::with_capacity(channels);
+        let mut is_by_unevenness = false;
         for channel in 0..channels {
             let rho = |receiver: usize| solved.reflectance(receiver, channel);
             let reflected_of = |values: &[f64]| -> Vec<f64> {
@@ -742,6 +756,8 @@ impl Proven {
                 if total > 0.0 { all * (part(receiver) * adds / total) } else { all * 0.0 }
             };
             let known = receivers.iter().zip(&of_unit).zip(&uneven).map(of).sum::<Ledger>() * ROUNDED;
+            let unevenly = (receivers.iter().zip(&uneven)).map(|(&of, uneven)| part(of) * uneven * left(of, channel).orthogonal);
+            is_by_unevenness |= unevenly.sum::<f64>() > UNEVENLY * known.total();
             let all = solved.beside_all_light(channel, &direct, &once, &of_unit);
             let total = known.total();
             mean.push(if all < total { known * (all / total * ROUNDED) } else { known });
@@ -760,6 +776,7 @@ impl Proven {
             counts,
             most_off,
             shares,
+            is_by_unevenness,
             left_on_clusters,
             carried_on_clusters,
             off_on_clusters,
