@@ -22,7 +22,10 @@ use crate::mesh::basis::Basis;
 use crate::mesh::clusters::Clusters;
 use crate::mesh::element::{Element, around};
 use crate::mesh::screen::Screen;
-use crate::mesh::shape::Shape;
+use crate::mesh::shape::{Shape, is_parallelogram};
+
+/// Parts that all faces together are cut into at most where some are long: what is near beside its length is smooth across it alone.
+const MOST_SLICES: usize = 16;
 
 /// The trees of elements over the faces of a scene.
 ///
@@ -76,6 +79,27 @@ impl Sight {
 /// A point is at a face within this fraction of the scene's extent.
 pub(crate) const TOUCHES: f64 = 1e-9;
 
+/// A parallelogram that is at least one and a half times as long as wide, cut across into parts that are about as long as wide; `None` for any
+/// other outline, and where these would be too many.
+fn slices(outline: &[DVec3]) -> Option<Vec<Vec<DVec3>>> {
+    if !is_parallelogram(outline) {
+        return None;
+    }
+    let &[p, q, r, s] = outline else { return None };
+    let [a, b, c, d] = if (q - p).length() >= (s - p).length() { [p, q, r, s] } else { [q, r, s, p] };
+    let (along, across) = (b - a, d - a);
+    let count = (along.length() / across.length()).round();
+    if !(2.0..=MOST_SLICES as f64).contains(&count) {
+        return None;
+    }
+    let at = |index: usize, [from, to]: [DVec3; 2]| from.lerp(to, index as f64 / count);
+    let slice = |index: usize| {
+        let [start, end] = [index, index + 1];
+        vec![at(start, [a, b]), at(end, [a, b]), at(end, [d, c]), at(start, [d, c])]
+    };
+    Some((0..count as usize).map(slice).collect())
+}
+
 impl Mesh {
     /// The coarsest elements, with bases of a degree.
     ///
@@ -102,10 +126,13 @@ impl Mesh {
             let near = boxes.iter().enumerate().filter(move |(other, of)| *other != face && meets(of));
             near.map(|(other, _)| &polygons[other])
         };
+        let count = |polygon: &Polygon| slices(polygon.vertices()).map_or(1, |slices| slices.len());
+        let slices_are_few = polygons.len() <= MOST_SLICES && polygons.iter().map(count).sum::<usize>() <= MOST_SLICES;
         let (mut elements, mut roots_of_face) = (Vec::new(), vec![Vec::new(); polygons.len()]);
         for (face, polygon) in polygons.iter().enumerate().filter(|(face, _)| exchanges[*face]) {
             let given = parts.get(face).filter(|parts| !parts.is_empty()).cloned();
-            let of_face = match given.or_else(|| contact::cut(polygon, &convex[face], others(face))) {
+            let given = given.or_else(|| contact::cut(polygon, &convex[face], others(face)));
+            let of_face = match given.or_else(|| slices_are_few.then(|| slices(polygon.vertices())).flatten()) {
                 None => Element::of_face(polygon, face, &bases)?,
                 Some(parts) => {
                     let mut elements = Vec::new();

@@ -69,8 +69,11 @@ const LINK_PART: f64 = 0.1;
 
 /// The same where leaves are apart and make up so few pairs that finer links cost nothing that is noticed: light is smooth there, and what
 /// links neglect would be most of the bound.
-const LINK_PART_OF_FEW: f64 = 1e-6;
-const FEW_PAIRS: usize = 1100;
+const LINK_PART_OF_FEW: f64 = 1e-7;
+const FEW_PAIRS: usize = 10_000;
+
+/// The distance of two leaves over the sum of their radii from which they are apart.
+const APART: f64 = 0.9;
 
 /// The part of the mean magnitude of errors before at which a round aims at least.
 const STEP: f64 = 0.3;
@@ -321,11 +324,12 @@ impl Solution {
         self.mesh.elements().len() >= options.most_elements.saturating_add(given)
     }
 
-    /// Whether no leaf is nearer to one of another face than their sizes, and these are few pairs.
+    /// Whether each leaf is apart from those of other faces, and these are few pairs.
     fn leaves_are_few_and_apart(&self) -> bool {
         let leaves: Vec<_> = self.mesh.leaves().map(|leaf| &self.mesh.elements()[leaf]).collect();
-        let are_apart =
-            |a: &Element, b: &Element| a.face() == b.face() || (a.centre() - b.centre()).length() > a.radius() + b.radius();
+        let are_apart = |a: &Element, b: &Element| {
+            a.face() == b.face() || (a.centre() - b.centre()).length() > APART * (a.radius() + b.radius())
+        };
         leaves.len() * leaves.len() <= FEW_PAIRS && leaves.iter().all(|a| leaves.iter().all(|b| are_apart(a, b)))
     }
 

@@ -258,6 +258,14 @@ fn where_all_is_seen_the_bound_is_near_the_error_and_in_even_light_it_is_that_of
         let bound = squares.gather(at, DVec3::Z * (1.0 - 2.0 * at.z)).unwrap().ledger[0].total();
         assert!(bound < 1e-6, "{bound:e} at {at}");
     }
+    // Strips so long, so far from each other.
+    for (length, gap, most) in [(3.0, 1.5, 1e-7), (5.0, 1.0, 1e-5), (8.0, 0.7, 1e-4)] {
+        let below = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, length, 0.0], [0.0, length, 0.0]];
+        let above = [0, 3, 2, 1].map(|i: usize| [below[i][0], below[i][1], gap]);
+        let strips = solve(&alike(&[below, above], 0.6, 1.0), &Options::default(), |_| true).unwrap();
+        let bound = strips.mean_bound()[0].total() / strips.reflected()[0];
+        assert!(bound < most, "{length} at {gap}: {bound:e}");
+    }
 }
 
 /// All light that a room with one reflectance gets is reflected on and on: `E/(1 - rho)` of it is found, wherever and behind whatever it is lit.
