@@ -24,7 +24,8 @@ use crate::mesh::element::{Element, around};
 use crate::mesh::screen::Screen;
 use crate::mesh::shape::{Shape, is_parallelogram};
 
-/// Parts that all faces together are cut into at most where some are long: what is near beside its length is smooth across it alone.
+/// Parts that all faces together are cut into at most where some are long and none meets another: what is near beside its length is smooth
+/// across it alone.
 const MOST_SLICES: usize = 16;
 
 /// The trees of elements over the faces of a scene.
@@ -127,7 +128,9 @@ impl Mesh {
             near.map(|(other, _)| &polygons[other])
         };
         let count = |polygon: &Polygon| slices(polygon.vertices()).map_or(1, |slices| slices.len());
-        let slices_are_few = polygons.len() <= MOST_SLICES && polygons.iter().map(count).sum::<usize>() <= MOST_SLICES;
+        let slices_are_few = polygons.len() <= MOST_SLICES
+            && polygons.iter().map(count).sum::<usize>() <= MOST_SLICES
+            && (0..polygons.len()).all(|face| others(face).next().is_none());
         let (mut elements, mut roots_of_face) = (Vec::new(), vec![Vec::new(); polygons.len()]);
         for (face, polygon) in polygons.iter().enumerate().filter(|(face, _)| exchanges[*face]) {
             let given = parts.get(face).filter(|parts| !parts.is_empty()).cloned();
