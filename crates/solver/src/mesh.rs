@@ -89,16 +89,14 @@ fn slices(outline: &[DVec3]) -> Option<Vec<Vec<DVec3>>> {
     let &[p, q, r, s] = outline else { return None };
     let [a, b, c, d] = if (q - p).length() >= (s - p).length() { [p, q, r, s] } else { [q, r, s, p] };
     let (along, across) = (b - a, d - a);
-    let count = (along.length() / across.length()).round();
-    if !(2.0..=MOST_SLICES as f64).contains(&count) {
-        return None;
-    }
-    let at = |index: usize, [from, to]: [DVec3; 2]| from.lerp(to, index as f64 / count);
+    let is_nearest = |count: &usize| along.length() < (*count as f64 + 0.5) * across.length();
+    let count = (1..=MOST_SLICES).find(is_nearest).filter(|count| *count > 1)?;
+    let at = |index: usize, [from, to]: [DVec3; 2]| from.lerp(to, index as f64 / count as f64);
     let slice = |index: usize| {
         let [start, end] = [index, index + 1];
         vec![at(start, [a, b]), at(end, [a, b]), at(end, [d, c]), at(start, [d, c])]
     };
-    Some((0..count as usize).map(slice).collect())
+    Some((0..count).map(slice).collect())
 }
 
 impl Mesh {
