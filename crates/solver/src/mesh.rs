@@ -24,8 +24,7 @@ use crate::mesh::element::{Element, around};
 use crate::mesh::screen::Screen;
 use crate::mesh::shape::{Shape, is_parallelogram};
 
-/// Parts that all faces together are cut into at most where some are long and none meets another: what is near beside its length is smooth
-/// across it alone.
+/// Long faces are cut into parts where no face meets another, unless all faces together would have more parts than this.
 const MOST_SLICES: usize = 16;
 
 /// The trees of elements over the faces of a scene.

@@ -658,8 +658,8 @@ impl Proven {
         if left.total() > 0.0 { self.counts[receiver][channel] * left.discretisation / left.total() } else { 0.0 }
     }
 
-    /// The bounds from what is left on elements of direct light and on receivers of reflected light, and, if it is known, of the importance;
-    /// `None` where light may not be lost.
+    /// Bounds errors by what the polynomials leave out: of direct light on elements, of reflected light on receivers, and of the importance if
+    /// `of_importance` gives that. `None` where light may not be lost.
     fn by(
         solved: &Solved<'_>,
         views: &[Views],

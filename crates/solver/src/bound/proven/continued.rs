@@ -17,12 +17,12 @@
 //!
 //! if A is at least a k; the least over w in [-a, a] is there, or at `w = k A / (k^2 + b^2 |u|^2 / a^2)`. So f is at most
 //! `M = max|B| area (n1.(y - x)) (n2.(x - y)) / (pi D^4)` inside E, and the part of its Chebyshev series up to degree m in s is off by at
-//! most `2 M r^-m / (r - 1)` (L. N. Trefethen, Approximation Theory and Approximation Practice, 2013, theorem 8.2). In t the same; and as
-//! such a part is no more than `L = 4/pi^2 ln(m + 1) + 3` times as large as what it is of (theorem 15.3), f is off from a polynomial of
-//! degree m in s and in t by at most what it is off by in one of these and L times what it is off by in the other.
+//! most `2 M r^-m / (r - 1)` (L. N. Trefethen, Approximation Theory and Approximation Practice, 2013, theorem 8.2): this is the error `e_s`;
+//! `e_t` is the same in t. Cutting a function's series at degree m enlarges the function by at most `L = 4/pi^2 ln(m + 1) + 3` (theorem 15.3).
+//! So a polynomial of degree m in s and in t differs from f by at most `e_s + L e_t`, and another one by at most `L e_s + e_t`.
 //!
-//! Taylor's series about c converges in the largest ball without a singularity, that about an interval where no pair of them is on
-//! the same ellipse: on what is long beside its distance from the source the one converges and the other does not.
+//! Taylor's series needs a ball around c without a singularity; the series in s needs an ellipse around [-1, 1] without one. A parallelogram
+//! that is longer than its distance from the source has no such ball, but such an ellipse.
 
 use std::f64::consts::PI;
 
@@ -88,7 +88,7 @@ fn apart((nearest, along): (f64, f64), a: f64, imaginary: f64) -> f64 {
     let at = |w: f64| (nearest - w * along) * (nearest - w * along) - (1.0 - w * w / (a * a)) * imaginary;
     let turn = along * nearest / (along * along + imaginary / (a * a));
     let value = if turn < a { at(turn) } else { at(a) };
-    // What is left of a difference of larger terms has their rounding.
+    // The difference rounds as its larger terms do.
     value - 1e-13 * (nearest * nearest + imaginary)
 }
 
