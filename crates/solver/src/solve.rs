@@ -60,16 +60,18 @@ use crate::solve::options::{Marking, Options, Progress};
 use crate::solve::served::Served;
 use crate::solve::solution::Solution;
 
-/// Degree of the basis if none is given: in general, and where there are clusters, of faces that are small already.
+/// Degree of the basis if none is given: in general, where there are clusters, of faces that are small already, and where leaves are few and
+/// apart, so that light is smooth on them.
 const DEGREE: usize = 2;
 const DEGREE_OF_MANY: usize = 1;
+const DEGREE_OF_FEW: usize = 4;
 
 /// The part of the error asked for that links may neglect.
 const LINK_PART: f64 = 0.1;
 
 /// The same where leaves are apart and make up so few pairs that finer links cost nothing that is noticed: light is smooth there, and what
 /// links neglect would be most of the bound.
-const LINK_PART_OF_FEW: f64 = 1e-7;
+const LINK_PART_OF_FEW: f64 = 1e-9;
 const FEW_PAIRS: usize = 10_000;
 
 /// The distance of two leaves over the sum of their radii from which they are apart.
@@ -199,9 +201,8 @@ pub fn solve_for(
     options.linking.check()?;
     let started = Clock::started();
     let ready = Prepared::of(scene)?;
-    let many = ready.scene.faces().len() >= MANY;
-    let degree = options.degree.unwrap_or(if many { DEGREE_OF_MANY } else { DEGREE });
     let mut options = options.inward(&ready.placement);
+    let degree = options.degree.map_or_else(|| degree_for(&ready.scene, &options), Ok)?;
     let mut mesh = match options.marking {
         Marking::Shadows => shadows::mesh(&ready, &options, degree)?,
         Marking::Residual | Marking::Gradient => Mesh::new(&ready.scene, degree)?,
@@ -231,10 +232,7 @@ pub(crate) fn solve_on(
     let scene = &ready.scene;
     let clock = Clock::started();
     options.linking.divide(&mut mesh, options.most_elements)?;
-    while !mesh.roots().is_empty() && mesh.leaves().count() < options.first_elements {
-        let leaves: Vec<usize> = mesh.leaves().collect();
-        leaves.into_iter().try_for_each(|leaf| mesh.divide(leaf))?;
-    }
+    divide_evenly(&mut mesh, options.first_elements)?;
     let mut solution = dark(ready, options, (mesh, served), clock)?;
     let (mut before, mut expected) = (Duration::ZERO, Duration::ZERO);
     let mut known = None;
@@ -260,6 +258,36 @@ pub(crate) fn solve_on(
         before = took;
         solution.divide(options)?;
     }
+}
+
+/// The degree of the basis where none is given.
+fn degree_for(scene: &Scene, options: &Options) -> Result<usize, Error> {
+    if scene.faces().len() >= MANY {
+        return Ok(DEGREE_OF_MANY);
+    }
+    if options.marking != Marking::Residual || options.linking != Linking::Error {
+        return Ok(DEGREE);
+    }
+    let mut mesh = Mesh::new(scene, DEGREE)?;
+    divide_evenly(&mut mesh, options.first_elements)?;
+    Ok(if leaves_are_few_and_apart(&mesh) { DEGREE_OF_FEW } else { DEGREE })
+}
+
+/// Divides all leaves alike until there are so many.
+fn divide_evenly(mesh: &mut Mesh, elements: usize) -> Result<(), Error> {
+    while !mesh.roots().is_empty() && mesh.leaves().count() < elements {
+        let leaves: Vec<usize> = mesh.leaves().collect();
+        leaves.into_iter().try_for_each(|leaf| mesh.divide(leaf))?;
+    }
+    Ok(())
+}
+
+/// Whether each leaf is apart from those of other faces, and these are few pairs.
+fn leaves_are_few_and_apart(mesh: &Mesh) -> bool {
+    let leaves: Vec<&Element> = mesh.leaves().map(|leaf| &mesh.elements()[leaf]).collect();
+    let are_apart =
+        |a: &Element, b: &Element| a.face() == b.face() || (a.centre() - b.centre()).length() > APART * (a.radius() + b.radius());
+    leaves.len() * leaves.len() <= FEW_PAIRS && leaves.iter().all(|a| leaves.iter().all(|b| are_apart(a, b)))
 }
 
 /// The solution before the first round: its options' thresholds, and no light yet.
@@ -324,15 +352,6 @@ impl Solution {
         self.mesh.elements().len() >= options.most_elements.saturating_add(given)
     }
 
-    /// Whether each leaf is apart from those of other faces, and these are few pairs.
-    fn leaves_are_few_and_apart(&self) -> bool {
-        let leaves: Vec<_> = self.mesh.leaves().map(|leaf| &self.mesh.elements()[leaf]).collect();
-        let are_apart = |a: &Element, b: &Element| {
-            a.face() == b.face() || (a.centre() - b.centre()).length() > APART * (a.radius() + b.radius())
-        };
-        leaves.len() * leaves.len() <= FEW_PAIRS && leaves.iter().all(|a| leaves.iter().all(|b| are_apart(a, b)))
-    }
-
     /// One round: direct light, links, sweeps, finer links, bounds. Beside what ends with the time it is expected to take so long.
     /// Returns how long that was refined, leaves and links.
     fn round(&mut self, options: &Options, expected: Duration) -> Result<Duration, Error> {
@@ -343,7 +362,7 @@ impl Solution {
             Linking::Error if !is_last => self.aims(options.error),
             _ => [options.error; 2],
         };
-        self.allowed = aim * if self.leaves_are_few_and_apart() { LINK_PART_OF_FEW } else { LINK_PART };
+        self.allowed = aim * if leaves_are_few_and_apart(&self.mesh) { LINK_PART_OF_FEW } else { LINK_PART };
         let began = self.clock.elapsed();
         self.light(of_direct, options, light)?;
         let mut refined = self.clock.elapsed().saturating_sub(began);

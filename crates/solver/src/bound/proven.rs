@@ -13,6 +13,7 @@
 //! | `H`, `P H` | irradiance on i, and its projection from the values at the nodes |
 //! | `s_j`, `m_j`, `V_j` | bounds on `|r|` on j, on its mean, and on `rho G |e|` on j |
 //! | `o_j`, `a_j` | two parts of r on j: o is orthogonal to the polynomials of j's basis, of this root mean square; the mean of `|a|` |
+//! | `p_j` | a part of a that is known: a polynomial of j's basis |
 //! | `b_j` | bound on the root mean square over j of the kernel times j's area, less a polynomial of j's basis |
 //!
 //! # From the residual to the error
@@ -39,11 +40,14 @@
 //! the sum over j of what `f_j`, or the derivatives of the kernel in x, leave of `rho_j w_j`. Where nothing hides anything there is another
 //! bound on `u_i`: for any polynomials phi, about the importance, and `d = 1 + G rho phi - phi` it is `w - phi = d + G rho (w - phi)`, so that
 //! `|w - phi|` is at most a v with `v >= |d| + G rho v`, and `u_i` at most the largest `|d|` on i and what the derivatives leave of `rho_j v_j`.
+//! Then what is known counts with its signs: `mean(w p)` is `mean(phi p)`, the sum of products of coefficients over all i, and at most `v_i`
+//! times the root mean square of `p_i` on each.
 //!
 //! *What is orthogonal.* Let `H - P H` be that of the sources that i sees as a whole, Q the orthogonal projection on i's polynomials, of degree m,
 //! and T Taylor's polynomial of degree m + 2, of which the next section leaves R. P is Q for such polynomials, as its nodes are exact for their
 //! products with those of the basis. So `Q (H - P H) = Q R - P R`, of a root mean square of at most `2 sup |R|`: that is in a; and o is no
-//! more than `H - P H`. All else is in a: other sources, errors of evaluations and of their sums, what links neglect, the unsolved rest; with
+//! more than `H - P H`. Where more places than the nodes narrow the bound, the part of `H - P H` along the polynomials is known ([`finely`]): that
+//! is p. All else is in a: other sources, errors of evaluations and of their sums, what links neglect, the unsolved rest; with
 //! textures all of r. On parts of an element nothing is known to be orthogonal; on one that is made of others o is, as are those of its parts.
 //!
 //! # The residual
@@ -137,7 +141,7 @@ use closed::Closure;
 use edges::Edges;
 use left::{Effort, Gathered, Kind, LeftOut, Light, Proof, fill};
 use nodes::{Nodes, ROUNDED};
-use swapped::Swapped;
+use swapped::{Found, Swapped};
 use terms::Target;
 
 /// Sweeps in which bounds on gathers rise.
@@ -157,9 +161,9 @@ const OVER_BOUND: f64 = 0.3;
 const DEEPEST_IN_THE_CLEAR: usize = 2;
 const MOST_IN_THE_CLEAR: usize = 32_000;
 
-/// The part of the bound that has to be the unevenness of the weights, before they are known better by what the importance leaves out: that is
-/// as much work as what light leaves out.
-const UNEVENLY: f64 = 0.3;
+/// The part of the bound that has to be what weights are off from polynomials and what is known of residuals, before weights are known better by
+/// the importance and what that leaves out: that is as much work as what light leaves out.
+const BY_WEIGHTS: f64 = 0.3;
 
 /// The receivers that are cut further at a time leave this part of what all receivers leave.
 const AT_A_TIME: f64 = 0.3;
@@ -185,15 +189,17 @@ pub(crate) struct Solved<'a> {
 }
 
 /// What light leaves out on an element: at most and in the mean.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Rest {
     pub(crate) largest: Ledger,
     pub(crate) mean: Ledger,
     /// Of light that comes from lamps, all that is reflected of it, at most and in the mean; and the least that this mean may be.
     lit: [f64; 2],
     least_lit: f64,
-    /// It is the sum of a part that is orthogonal to the polynomials of the element's basis, of this root mean square, and of one of this mean.
+    /// It is the sum of a part that is orthogonal to the polynomials of the element's basis, of this root mean square, of one that is such a
+    /// polynomial, of these coefficients if any is known, and of one of this mean.
     orthogonal: f64,
+    along: Vec<f64>,
     loose: f64,
 }
 
@@ -242,8 +248,8 @@ pub(crate) struct Proven {
     /// For each receiver and channel, what its own residual adds to the bound on the mean, over its part of the area.
     counts: Vec<Vec<f64>>,
     shares: Vec<Ledger>,
-    /// Whether the bound on the mean in a channel is for the most part what the weights `w` are off from polynomials.
-    is_by_unevenness: bool,
+    /// Whether much of the bound on the mean in a channel is less if the weights `w` are known better.
+    is_by_weights: bool,
     /// For each element and channel, how much the polynomials are off anywhere on it at most, and in the mean.
     most_off: Vec<Vec<[f64; 2]>>,
     /// For each channel, on clusters: residuals, gathered errors, and errors of the polynomials.
@@ -347,7 +353,8 @@ impl Ground {
             let lit = [most, least(in_mean, rho[channel] * sent * ROUNDED)];
             let least_lit = radgrad_scene::largest(rho[channel] * held[0] / ROUNDED - mean.total() * ROUNDED, 0.0);
             let (orthogonal, loose) = (split.orthogonal * rho[channel], rest(split.loose, 2.0).total());
-            Rest { largest, mean, lit, least_lit, orthogonal, loose }.unless_textured(surfaces, leaf, channel)
+            let along = times(split.along, rho[channel]);
+            Rest { largest, mean, lit, least_lit, orthogonal, along, loose }.unless_textured(surfaces, leaf, channel)
         };
         left.into_iter().enumerate().map(of).collect()
     }
@@ -468,6 +475,7 @@ impl Solved<'_> {
                 largest: left.largest * rho + own(known.largest_detail()),
                 mean: left.mean * rho + own(known.mean_detail()),
                 orthogonal: left.orthogonal * rho,
+                along: times(left.along, rho),
                 loose: left.loose * rho + known.largest.solver,
                 ..left
             };
@@ -543,6 +551,7 @@ impl Solved<'_> {
                 largest: rest(left.largest, neglected, 2.0 * nodes),
                 mean: rest(left.mean, neglected, 2.0),
                 orthogonal: split.orthogonal,
+                along: split.along,
                 loose: rest(split.loose, all, 2.0).total(),
                 ..Rest::default()
             }
@@ -607,12 +616,12 @@ impl Proven {
         let mut swapped = solved.importance.filter(|_| is_closed).map(|sent| Swapped::of(&solved, ground, sent.clone()));
         let mut of_importance = None;
         loop {
-            let by = |of_importance: Option<&[Vec<f64>]>| {
+            let by = |of_importance: Option<&[Vec<Found>]>| {
                 Self::by(&solved, &views, (direct.clone(), reflected.clone()), of_importance)
             };
             let mut proven = by(of_importance.as_deref())?;
-            if let (Some(sent), None, true) = (open, &of_importance, proven.is_by_unevenness) {
-                of_importance = Some(swapped::left_of_importance(&solved, ground, sent, in_the_clear));
+            if let (Some(sent), None, true) = (open, &of_importance, proven.is_by_weights) {
+                of_importance = Some(swapped::importance(&solved, ground, sent, in_the_clear));
                 proven = by(of_importance.as_deref())?;
             }
             while let Some(swapped) = &mut swapped {
@@ -664,7 +673,7 @@ impl Proven {
         solved: &Solved<'_>,
         views: &[Views],
         (direct, reflected): (Vec<Vec<Rest>>, Vec<Vec<Rest>>),
-        of_importance: Option<&[Vec<f64>]>,
+        of_importance: Option<&[Vec<Found>]>,
     ) -> Option<Self> {
         let Solved { mesh, receivers, channels, .. } = *solved;
         let leaves: Vec<usize> = mesh.leaves().collect();
@@ -681,7 +690,7 @@ impl Proven {
         let mut carried = vec![vec![0.0; channels]; mesh.elements().len()];
         let (mut counts, mut most_off) = (carried.clone(), vec![vec![[0.0; 2]; channels]; mesh.elements().len()]);
         let mut mean: Vec<Ledger> = Vec::with_capacity(channels);
-        let mut is_by_unevenness = false;
+        let mut is_by_weights = false;
         for channel in 0..channels {
             let rho = |receiver: usize| solved.reflectance(receiver, channel);
             let reflected_of = |values: &[f64]| -> Vec<f64> {
@@ -705,13 +714,17 @@ impl Proven {
             let of_unit: Vec<f64> = swept.iter().map(|gathered| 1.0 + gathered).collect();
             let mut uneven: Vec<f64> =
                 views.iter().zip(&swept).map(|(views, most)| least(views.uneven(&light_on) * ROUNDED, *most)).collect();
-            if let Some(left) = of_importance {
-                let own: Vec<f64> = receivers.iter().zip(left).map(|(&receiver, left)| rho(receiver) * left[channel]).collect();
+            // How far the weights are from the importance on each receiver at most.
+            let mut off_importance = Vec::new();
+            if let Some(found) = of_importance {
+                let own: Vec<f64> = receivers.iter().zip(found).map(|(&receiver, of)| rho(receiver) * of[channel].left).collect();
                 let rest = everywhere_most(mesh, receivers, &risen(&own));
-                for ((uneven, left), views) in uneven.iter_mut().zip(left).zip(views) {
-                    let of_rest = (left[channel] + views.uneven(&rest)) * ROUNDED;
+                for ((uneven, found), views) in uneven.iter_mut().zip(found).zip(views) {
+                    let of_rest = (found[channel].left + views.uneven(&rest)) * ROUNDED;
                     *uneven = least(*uneven, mutant!("solver.uneven", of_rest, |of_rest| 1e-3 * of_rest));
                 }
+                let gathered = sweep(solved, views, &rest);
+                off_importance.extend(found.iter().zip(gathered).map(|(found, of)| (found[channel].left + of) * ROUNDED));
             }
 
             // The most light that there can be, whatever was computed: reflected once, and more often.
@@ -748,16 +761,40 @@ impl Proven {
             most_off.iter_mut().zip(off).for_each(|(at, off)| at[channel] = off);
 
             let part = |receiver: usize| mesh.elements()[receiver].area() / area;
+            let added = |receiver: usize, adds: f64| {
+                let all = direct[receiver][channel].mean + reflected[receiver][channel].mean;
+                if all.total() > 0.0 { all * (part(receiver) * adds / all.total()) } else { all * 0.0 }
+            };
             let of = |((&receiver, weight), uneven): ((&usize, &f64), &f64)| {
                 counts[receiver][channel] = reflected[receiver][channel].size().times(*weight, *uneven);
-                let all = direct[receiver][channel].mean + reflected[receiver][channel].mean;
-                let total = all.total();
-                let adds = left(receiver, channel).times(*weight, *uneven);
-                if total > 0.0 { all * (part(receiver) * adds / total) } else { all * 0.0 }
+                added(receiver, left(receiver, channel).times(*weight, *uneven))
             };
-            let known = receivers.iter().zip(&of_unit).zip(&uneven).map(of).sum::<Ledger>() * ROUNDED;
-            let unevenly = (receivers.iter().zip(&uneven)).map(|(&of, uneven)| part(of) * uneven * left(of, channel).orthogonal);
-            is_by_unevenness |= unevenly.sum::<f64>() > UNEVENLY * known.total();
+            let mut known = receivers.iter().zip(&of_unit).zip(&uneven).map(of).sum::<Ledger>() * ROUNDED;
+            // The parts of residuals that are known count by the importance, with their signs.
+            let (mut signed, mut magnitudes, mut beside) = (0.0, 0.0, Ledger::default());
+            for (place, found) in of_importance.into_iter().flatten().enumerate() {
+                let (receiver, phi) = (receivers[place], &found[channel].phi);
+                let rests = [&direct[receiver][channel], &reflected[receiver][channel]];
+                for (phi, along) in rests.into_iter().flat_map(|rest| phi.iter().zip(&rest.along)) {
+                    signed += part(receiver) * phi * along;
+                    magnitudes += (part(receiver) * phi * along).abs();
+                }
+                let of = |rest: &Rest| {
+                    uneven[place] * rest.orthogonal + off_importance[place] * rest.size_along() + of_unit[place] * rest.loose
+                };
+                beside += added(receiver, rests.into_iter().map(of).sum());
+            }
+            if of_importance.is_some() {
+                let signed = Ledger { discretisation: signed.abs() + (ROUNDED - 1.0) * magnitudes, ..Ledger::default() };
+                let with_signs = mutant!("solver.with-signs", signed, |_| Ledger::default()) + beside * ROUNDED;
+                known = if with_signs.total() < known.total() { with_signs } else { known };
+            }
+            let by_weights = |((&of, weight), uneven): ((&usize, &f64), &f64)| {
+                let along = direct[of][channel].size_along() + reflected[of][channel].size_along();
+                part(of) * (uneven * left(of, channel).orthogonal + weight * along)
+            };
+            let by_weights = receivers.iter().zip(&of_unit).zip(&uneven).map(by_weights).sum::<f64>();
+            is_by_weights |= by_weights > BY_WEIGHTS * known.total();
             let all = solved.beside_all_light(channel, &direct, &once, &of_unit);
             let total = known.total();
             mean.push(if all < total { known * (all / total * ROUNDED) } else { known });
@@ -776,7 +813,7 @@ impl Proven {
             counts,
             most_off,
             shares,
-            is_by_unevenness,
+            is_by_weights,
             left_on_clusters,
             carried_on_clusters,
             off_on_clusters,
@@ -874,13 +911,13 @@ impl Rest {
     fn lesser(&self, other: Self) -> Self {
         let largest = if other.largest.total() < self.largest.total() { other.largest } else { self.largest };
         let of = if other.mean.total() < self.mean.total() { &other } else { self };
-        Self { largest, ..*of }
+        Self { largest, ..of.clone() }
     }
 
     /// Times a texture nothing is orthogonal any more, nor known of the least light: a texture may be dark anywhere.
     fn unless_textured(mut self, surfaces: &Surfaces, element: usize, channel: usize) -> Self {
         if surfaces.pattern(element, channel).is_some() {
-            (self.orthogonal, self.loose) = (0.0, self.mean.total());
+            (self.orthogonal, self.along, self.loose) = (0.0, Vec::new(), self.mean.total());
             self.least_lit = 0.0;
         }
         self
@@ -888,8 +925,17 @@ impl Rest {
 
     fn size(&self) -> Size {
         let Self { orthogonal, loose, .. } = *self;
-        Size { most: self.largest.total(), mean: self.mean.total(), orthogonal, loose }
+        Size { most: self.largest.total(), mean: self.mean.total(), orthogonal, loose: loose + self.size_along() }
     }
+
+    /// A bound on the mean magnitude of the part that is a polynomial.
+    fn size_along(&self) -> f64 {
+        self.along.iter().map(|c| c * c).sum::<f64>().sqrt() * ROUNDED
+    }
+}
+
+fn times(coefficients: Vec<f64>, factor: f64) -> Vec<f64> {
+    coefficients.into_iter().map(|c| c * factor).collect()
 }
 
 /// The receivers whose cells are cut further, by their places: those that add most to the bound for the work that they are. None if there is
@@ -1043,14 +1089,16 @@ fn everywhere(mesh: &Mesh, at: &[usize], of: Vec<Vec<Rest>>, channels: usize) ->
             let children: Option<Vec<&Vec<Rest>>> = all[first..first + 4].iter().map(Option::as_ref).collect();
             let over = |children: Vec<&Vec<Rest>>| -> Vec<Rest> {
                 let join = |channel: usize| {
-                    let all = children.iter().map(|of| of[channel]);
+                    let all = children.iter().map(|of| &of[channel]);
+                    // A polynomial on each part is none on all of them.
                     all.fold(Rest::default(), |sum, of| Rest {
                         largest: if of.largest.total() > sum.largest.total() { of.largest } else { sum.largest },
                         mean: sum.mean + of.mean * 0.25,
                         lit: [largest(sum.lit[0], of.lit[0]), sum.lit[1] + 0.25 * of.lit[1]],
                         least_lit: sum.least_lit + 0.25 * of.least_lit,
                         orthogonal: (sum.orthogonal * sum.orthogonal + 0.25 * of.orthogonal * of.orthogonal).sqrt() * ROUNDED,
-                        loose: sum.loose + 0.25 * of.loose,
+                        along: Vec::new(),
+                        loose: sum.loose + 0.25 * (of.loose + of.size_along()),
                     })
                 };
                 (0..channels).map(join).collect()
@@ -1069,8 +1117,9 @@ fn everywhere(mesh: &Mesh, at: &[usize], of: Vec<Vec<Rest>>, channels: usize) ->
                         lit: [of.lit[0], least(4.0 * of.lit[1], of.lit[0])],
                         least_lit: 0.0,
                         orthogonal: 0.0,
+                        along: Vec::new(),
                         loose: mean.total(),
-                        ..*of
+                        largest: of.largest,
                     }
                 };
                 of.iter().map(part).collect()

@@ -106,13 +106,14 @@ pub(crate) struct KernelSums<'a> {
     /// Height of the point over the element's plane.
     height: f64,
     largest: f64,
-    conditioning: f64,
     /// Whether all cells are of the element's own shape.
     whole: bool,
     /// Moments of the kernel, one for each function.
     pub(crate) moments: Vec<f64>,
-    /// Bound on the error of each function's value.
-    pub(crate) error: f64,
+    /// Bound on the rounding of the kernel's integral: a function's value has as much for each of its monomials, times their coefficients.
+    rounding: f64,
+    /// Bound on the error of each function's value, but for rounding, over [`ROUGHER`] but for the first.
+    error: f64,
     /// Mean square of the kernel times the area, where it is seen, at most.
     pub(crate) square: f64,
     /// Bounds on the error of a function by its degree along a side, over its largest value.
@@ -177,9 +178,10 @@ impl KernelOverCell {
 struct Enough {
     /// Nodes a side.
     nodes: usize,
-    /// Bound on the error of the functions' values, and of the kernel's integral.
+    /// Bound on the error of the functions' values, and of the kernel's integral; and on the rounding of that.
     bound: f64,
     unit: f64,
+    rounding: f64,
     /// The ellipse's parameter, and the largest kernel times the area there.
     ratio: f64,
     most: f64,
@@ -188,17 +190,16 @@ struct Enough {
 impl<'a> KernelSums<'a> {
     pub(crate) fn new(station: &'a Station, element: &'a Element, basis: &'a Basis, count: usize, rules: &'a Rules) -> Self {
         let height = element.polygon().normal().dot(station.point - element.polygon().vertices()[0]);
-        let (largest, conditioning) = (basis.largest(), basis.conditioning());
         Self {
             station,
             element,
             basis,
             rules,
             height,
-            largest,
-            conditioning,
+            largest: basis.largest(),
             whole: true,
             moments: vec![0.0; count],
+            rounding: 0.0,
             error: 0.0,
             square: 0.0,
             errors: [0.0; 2 * (MAX_DEGREE + 1) + 1],
@@ -237,7 +238,8 @@ impl<'a> KernelSums<'a> {
             return depth > 0 && parts.iter().flatten().all(|part| self.add(part, 0.5 * tolerance, depth - 1));
         };
         self.error += rule.bound;
-        self.square += rule.unit * rule.most;
+        self.rounding += rule.rounding;
+        self.square += (rule.unit + rule.rounding) * rule.most;
         let mut grown = rule.unit;
         for error in &mut self.errors {
             *error += grown;
@@ -313,6 +315,7 @@ impl<'a> KernelSums<'a> {
         // Across a triangle both coordinates of a square vary.
         let products = shape == Shape::Triangle && self.element.shape() == Shape::Parallelogram;
         let degree = if products { 2 * self.basis.degree() } else { self.basis.degree() };
+        let rounding = 64.0 * f64::EPSILON * share * area / (nearest * nearest);
         let mut best: Option<Enough> = None;
         for ratio in RATIOS {
             let (major, minor) = (0.5 * (ratio + 1.0 / ratio), 0.5 * (ratio - 1.0 / ratio));
@@ -339,19 +342,24 @@ impl<'a> KernelSums<'a> {
             for n in 1..=limit {
                 let found = best.is_none_or(|b| n < b.nodes || bound < b.bound);
                 if n >= FEWEST && bound <= tolerance && found {
-                    best = Some(Enough { nodes: n, bound, unit: bound / grown, ratio, most: largest(sides[0], sides[1]) });
+                    let (unit, most) = (bound / grown, largest(sides[0], sides[1]));
+                    best = Some(Enough { nodes: n, bound, unit, rounding, ratio, most });
                     break;
                 }
                 bound *= falls;
             }
         }
-        let rounding = 64.0 * f64::EPSILON * share * area * self.conditioning / (nearest * nearest);
-        best.map(|best| Enough { bound: best.bound + rounding, unit: best.unit + rounding, ..best })
+        best
+    }
+
+    /// Bound on the error of the first function's value, the form factor.
+    pub(crate) const fn error(&self) -> f64 {
+        self.error + self.rounding
     }
 
     /// Bound on the error of each of the other functions' values.
-    pub(crate) fn other_errors(&self) -> f64 {
-        ROUGHER * self.error
+    pub(crate) const fn other_errors(&self) -> f64 {
+        ROUGHER * self.error + self.basis.conditioning() * self.rounding
     }
 
     /// Bound on the error of all functions' values together, the root of the sum of squares, with `doubt` for each over its
@@ -361,7 +369,7 @@ impl<'a> KernelSums<'a> {
         let of = |(&[i, j], size): (&[usize; 2], &f64)| {
             // Across a triangle both coordinates of a square vary.
             let degree = if products && self.whole { i.max(j) } else { i + j };
-            size * (self.errors[degree] + doubt)
+            size * (self.errors[degree] + doubt) + self.basis.conditioning() * self.rounding
         };
         self.basis.powers().iter().zip(self.basis.sizes()).map(of).map(|e| e * e).sum::<f64>().sqrt()
     }

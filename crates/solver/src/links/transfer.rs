@@ -223,7 +223,7 @@ impl Optics<'_> {
                 false => visible.parts.iter().all(|p| sums.add_part(p, part)),
             };
             if doubt <= absolute && all(&mut sums) {
-                let error = sums.error + doubt;
+                let error = sums.error() + doubt;
                 let (lost, most) = (kernel.peak * visible.doubt, kernel.peak);
                 let lost = if lost > 0.0 { [lost * most, lost] } else { [0.0; 2] };
                 let sampled = Sampled { square: sums.square + lost[0], off: sums.off(lost[1]) };

@@ -31,16 +31,19 @@ use crate::mesh::Sight;
 use crate::mesh::element::Element;
 use crate::mesh::shape::{Shape, in_parent};
 
-/// Degrees that are tried.
-const DEGREES: [usize; 4] = [3, 5, 7, 11];
+/// Degrees that are tried: the last only where an element may be cut into cells, as little else is left there.
+const DEGREES: [usize; 6] = [3, 5, 7, 9, 12, 16];
 
 /// How often an element is cut into four at most, where it may be cut, and evaluations on all its cells.
 const MOST_CUTS: usize = 2;
-const MOST_EVALUATIONS: usize = 20_000;
+const MOST_EVALUATIONS: usize = 10_000;
 
 /// Share of the residual at the nodes up to which what polynomials leave may go; above it more nodes are tried. The part of the residual along
 /// an element's polynomials counts whole in the mean, the rest for what the importance has beyond them.
 const PART: f64 = 1e-4;
+
+/// The same of the light: less is enough.
+const LITTLE: f64 = 1e-8;
 
 /// A cell of an element, and the corner of its square in the reference coordinates of the element.
 type Cell = (Element, [f64; 2]);
@@ -50,8 +53,8 @@ type Cell = (Element, [f64; 2]);
 pub(super) struct Finely {
     pub(super) takes: Vec<bool>,
     pub(super) left: Vec<Left>,
-    /// For each channel, the root mean square of the residual's part along the element's polynomials.
-    pub(super) along: Vec<f64>,
+    /// For each channel the residual's part along the element's polynomials, and a bound on the root mean square by which that is off.
+    pub(super) along: Vec<(Vec<f64>, f64)>,
 }
 
 impl Proof<'_> {
@@ -66,7 +69,7 @@ impl Proof<'_> {
         alone: &dyn Fn(usize) -> f64,
     ) -> Finely {
         let element = &self.mesh.elements()[to];
-        if element.shape() != Shape::Parallelogram || self.mesh.basis(to).degree() > DEGREES[0] {
+        if element.shape() != Shape::Parallelogram {
             return Finely { takes: vec![false; kinds.len()], ..Finely::default() };
         }
         let cells = self.cells(to);
@@ -89,7 +92,9 @@ impl Proof<'_> {
         alone: &dyn Fn(usize) -> f64,
     ) -> Option<Finely> {
         let (element, basis) = (&self.mesh.elements()[to], self.mesh.basis(to));
-        let (target, highest) = (self.target(to, element), DEGREES[DEGREES.len() - 1]);
+        let target = self.target(to, element);
+        let degrees = &DEGREES[usize::from(basis.degree() > DEGREES[0])..DEGREES.len() - usize::from(self.deepest == 0)];
+        let highest = degrees[degrees.len() - 1];
         let coefficients =
             |source: usize| -> Vec<Vec<f64>> { (0..self.channels).map(|channel| light.of(self.mesh, source, channel)).collect() };
         // For each channel, in the root mean square over the cells of a level and the largest on one of them.
@@ -137,13 +142,16 @@ impl Proof<'_> {
             sums
         };
         let places = |&(level, degree): &(usize, usize)| levels[level].len() * (degree + 1) * (degree + 1);
-        let ways = (0..levels.len()).flat_map(|level| DEGREES.map(|degree| (level, degree)));
+        let ways = (0..levels.len()).flat_map(|level| degrees.iter().map(move |&degree| (level, degree)));
         let mut ways: Vec<(usize, usize)> =
             ways.filter(|way| way.0 == 0 || places(way) * taken.len() <= MOST_EVALUATIONS).collect();
         ways.sort_by_key(places);
         let enough = |way: (usize, usize)| {
             let left = left_by(way);
-            left.iter().zip(&held).all(|(left, held)| left.mean <= PART * held[basis.len()]).then_some((way, left))
+            left.iter()
+                .zip(&held)
+                .all(|(left, held)| left.mean <= largest(PART * held[basis.len()], LITTLE * held[0].abs()))
+                .then_some((way, left))
         };
         let ((level, degree), beyond) = match ways.into_iter().find_map(enough) {
             Some(found) => found,
@@ -187,19 +195,20 @@ impl Proof<'_> {
             most.iter_mut().zip(&off).for_each(|(most, off)| *most = largest(*most, legendre_sum(&rule, off)));
         }
         let places = (rule.len() * rule.len()) as f64;
-        let of_channel = |channel: usize| {
+        let mut of_channel = |channel: usize| {
             // Sums, and the polynomial's values, round.
             let error = error[channel] + 1e-13 * size[channel];
             let beyond = beyond[channel];
             let mean = square[channel].sqrt() + 2.0 * beyond.mean + error;
             let most = most[channel] + beyond.largest + places * (beyond.largest + error);
-            let held = along[channel].iter().map(|c| c.powi(2)).sum::<f64>().sqrt();
+            let along = std::mem::take(&mut along[channel]);
+            let off = (2.0 * beyond.mean + error) * ROUNDED;
             (
                 Left { largest: most * ROUNDED, mean: mean * ROUNDED },
-                mutant!("solver.along-finely", (held + 2.0 * beyond.mean + error) * ROUNDED, |_| 0.0),
+                mutant!("solver.along-finely", (along, off), |_| (Vec::new(), 0.0)),
             )
         };
-        let (left, along) = (0..self.channels).map(of_channel).unzip();
+        let (left, along) = (0..self.channels).map(&mut of_channel).unzip();
         Some(Finely { takes, left, along })
     }
 

@@ -81,11 +81,12 @@ pub(super) struct Left {
     pub(super) mean: f64,
 }
 
-/// The residual of a projection in two parts: the root mean square of one that is orthogonal to all polynomials of the basis, and the mean
-/// of the rest.
-#[derive(Debug, Clone, Copy, Default)]
+/// The residual of a projection in three parts: the root mean square of one that is orthogonal to all polynomials of the basis, the coefficients
+/// of one that is such a polynomial, if any is known, and the mean of the rest.
+#[derive(Debug, Clone, Default)]
 pub(super) struct Split {
     pub(super) orthogonal: f64,
+    pub(super) along: Vec<f64>,
     pub(super) loose: f64,
 }
 
@@ -327,7 +328,8 @@ impl Proof<'_> {
             };
             let [most, mean] = target.nodes.rounding.map(|rounding| rounding * f64::EPSILON * sizes[channel]);
             let left = Left { largest: left.largest * ROUNDED + most, mean: least(left.mean, left.largest) * ROUNDED + mean };
-            (left, Split { orthogonal: split.orthogonal * ROUNDED, loose: split.loose * ROUNDED + mean }, neglected)
+            let (orthogonal, loose) = (split.orthogonal * ROUNDED, split.loose * ROUNDED + mean);
+            (left, Split { orthogonal, loose, along: split.along.clone() }, neglected)
         };
         let left = simply.iter().enumerate().map(of_channel).collect();
         (left, kinds.iter().enumerate().map(|(index, kind)| self.factor(&target, gathered, index, *kind)).collect())
@@ -510,7 +512,8 @@ impl Proof<'_> {
     ) -> (Left, Split) {
         let (mesh, element, basis) = (self.mesh, target.element, self.mesh.basis(to));
         let (mut left, mut covered, mut taken) = (finely.left.get(channel).copied().unwrap_or_default(), 0.0, 0.0);
-        let mut split = Split { orthogonal: left.mean, loose: finely.along.get(channel).copied().unwrap_or(0.0) };
+        let (along, loose) = finely.along.get(channel).cloned().unwrap_or_default();
+        let mut split = Split { orthogonal: left.mean, along, loose };
         let (mut bounds, mut at_nodes) = (Vec::new(), vec![0.0; basis.nodes().len()]);
         for (index, &(source, _)) in gathered.sources.iter().enumerate() {
             let of = &mesh.elements()[source];
@@ -523,7 +526,8 @@ impl Proof<'_> {
                         let alone = self.alone(target, to, source, &coefficients);
                         left = left.and(alone);
                         if along < alone.mean {
-                            split = Split { orthogonal: split.orthogonal + alone.mean, loose: split.loose + along };
+                            split.orthogonal += alone.mean;
+                            split.loose += along;
                         } else {
                             split.loose += alone.mean;
                         }
@@ -557,7 +561,8 @@ impl Proof<'_> {
         let off = largest(high - range[0], range[1] - low);
         let rms = held.iter().map(|c| c * c).sum::<f64>().sqrt();
         let mean = least(off, taken + rms);
-        (left.and(Left { largest: off, mean }), Split { loose: split.loose + mean, ..split })
+        split.loose += mean;
+        (left.and(Left { largest: off, mean }), split)
     }
 
     /// Root mean square of the part along polynomials that the residual of a source that is wholly seen may have.

@@ -103,7 +103,7 @@ impl Swapped {
         for channel in less {
             found.even[channel] = even.even[channel];
             for (place, &receiver) in receivers.iter().enumerate() {
-                found.left[place][channel] = even.left[place][channel];
+                found.left[place][channel] = even.left[place][channel].clone();
                 found.send(solved, receiver, channel);
             }
         }
@@ -308,13 +308,21 @@ impl Swapped {
     }
 }
 
-/// For each receiver, in each channel, a bound on what an importance leaves out, where nothing lies on anything.
-pub(super) fn left_of_importance(solved: &Solved<'_>, ground: &Ground, sent: &Field, deepest: usize) -> Vec<Vec<f64>> {
+/// The importance on a receiver: the coefficients of phi, and a bound on `|d|`.
+#[derive(Debug)]
+pub(super) struct Found {
+    pub(super) phi: Vec<f64>,
+    pub(super) left: f64,
+}
+
+/// For each receiver, in each channel, the importance as it is sent, where nothing lies on anything.
+pub(super) fn importance(solved: &Solved<'_>, ground: &Ground, sent: &Field, deepest: usize) -> Vec<Vec<Found>> {
     let (count, channels) = (solved.receivers.len(), solved.channels);
     let (covered, even) = (vec![0.0; count], vec![1.0; channels]);
     let importance = Swapped { sent: sent.clone(), covered, even, left: Vec::new(), deepest: Vec::new() };
-    let of = |place: usize| -> Vec<f64> {
-        importance.through(solved, ground, place, deepest).iter().map(|left| left.largest.total()).collect()
+    let of = |place: usize| -> Vec<Found> {
+        let left = importance.through(solved, ground, place, deepest).into_iter().enumerate();
+        left.map(|(channel, left)| Found { phi: importance.phi(solved, place, channel), left: left.largest.total() }).collect()
     };
     (0..count).into_par_iter().map(of).collect()
 }
