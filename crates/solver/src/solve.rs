@@ -60,8 +60,8 @@ use crate::solve::options::{Marking, Options, Progress};
 use crate::solve::served::Served;
 use crate::solve::solution::Solution;
 
-/// Degree of the basis if none is given: in general, where there are clusters, of faces that are small already, and where leaves are few and
-/// apart, so that light is smooth on them.
+/// Degree of the basis if none is given: in general; where there are clusters, of faces that are small already; and where leaves are few and
+/// apart, so that light is smooth, but so large that it varies on them.
 const DEGREE: usize = 2;
 const DEGREE_OF_MANY: usize = 1;
 const DEGREE_OF_FEW: usize = 4;
@@ -74,8 +74,9 @@ const LINK_PART: f64 = 0.1;
 const LINK_PART_OF_FEW: f64 = 1e-9;
 const FEW_PAIRS: usize = 10_000;
 
-/// The distance of two leaves over the sum of their radii from which they are apart.
+/// The distance of two leaves over the sum of their radii from which they are apart, and from which light hardly varies on them.
 const APART: f64 = 0.9;
+const FAR_APART: f64 = 2.0;
 
 /// The part of the mean magnitude of errors before at which a round aims at least.
 const STEP: f64 = 0.3;
@@ -270,7 +271,7 @@ fn degree_for(scene: &Scene, options: &Options) -> Result<usize, Error> {
     }
     let mut mesh = Mesh::new(scene, DEGREE)?;
     divide_evenly(&mut mesh, options.first_elements)?;
-    Ok(if leaves_are_few_and_apart(&mesh) { DEGREE_OF_FEW } else { DEGREE })
+    Ok(if nearest_of_few(&mesh).is_some_and(|nearest| (APART..FAR_APART).contains(&nearest)) { DEGREE_OF_FEW } else { DEGREE })
 }
 
 /// Divides all leaves alike until there are so many.
@@ -282,12 +283,15 @@ fn divide_evenly(mesh: &mut Mesh, elements: usize) -> Result<(), Error> {
     Ok(())
 }
 
-/// Whether each leaf is apart from those of other faces, and these are few pairs.
-fn leaves_are_few_and_apart(mesh: &Mesh) -> bool {
+/// The distance of the two nearest leaves of different faces, over the sum of their radii, if leaves make up few pairs.
+fn nearest_of_few(mesh: &Mesh) -> Option<f64> {
     let leaves: Vec<&Element> = mesh.leaves().map(|leaf| &mesh.elements()[leaf]).collect();
-    let are_apart =
-        |a: &Element, b: &Element| a.face() == b.face() || (a.centre() - b.centre()).length() > APART * (a.radius() + b.radius());
-    leaves.len() * leaves.len() <= FEW_PAIRS && leaves.iter().all(|a| leaves.iter().all(|b| are_apart(a, b)))
+    if leaves.len() * leaves.len() > FEW_PAIRS {
+        return None;
+    }
+    let pairs = leaves.iter().flat_map(|a| leaves.iter().map(move |b| (a, b))).filter(|(a, b)| a.face() != b.face());
+    let distance = |(a, b): (&&Element, &&Element)| (a.centre() - b.centre()).length() / (a.radius() + b.radius());
+    Some(pairs.map(distance).fold(f64::INFINITY, smallest))
 }
 
 /// The solution before the first round: its options' thresholds, and no light yet.
@@ -362,7 +366,8 @@ impl Solution {
             Linking::Error if !is_last => self.aims(options.error),
             _ => [options.error; 2],
         };
-        self.allowed = aim * if leaves_are_few_and_apart(&self.mesh) { LINK_PART_OF_FEW } else { LINK_PART };
+        let are_apart = nearest_of_few(&self.mesh).is_some_and(|nearest| nearest >= APART);
+        self.allowed = aim * if are_apart { LINK_PART_OF_FEW } else { LINK_PART };
         let began = self.clock.elapsed();
         self.light(of_direct, options, light)?;
         let mut refined = self.clock.elapsed().saturating_sub(began);
