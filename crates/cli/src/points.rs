@@ -53,6 +53,17 @@ impl Point {
         let found = || if solution.is_on_a_face(DVec3::from(self.position)) { On::Face } else { On::Free };
         self.on.unwrap_or_else(found)
     }
+
+    /// Whether the estimate of the error of the gradient is within this part of it, or the point is refused.
+    fn has_gradient_within(&self, solution: &Solution, part: f64) -> bool {
+        let (position, normal) = self.sensor();
+        let found = match self.place(solution) {
+            On::Face => solution.gradient(position, normal).map(|found| found.irradiance),
+            On::Free => solution.irradiance_gradient_at(position, normal),
+        };
+        let is_within = |found: Gradient| found.gradient.iter().zip(&found.estimate).all(|(of, off)| *off <= part * of.length());
+        found.ok().is_none_or(is_within)
+    }
 }
 
 /// One line of the output, each number in each channel of the scene. A point in free space has no radiosity.
@@ -131,17 +142,13 @@ impl Points {
 
     /// Whether the estimates of the errors of all gradients are within this part of the gradients, but for points that are refused.
     pub(crate) fn have_gradients_within(&self, solution: &Solution, part: f64) -> bool {
-        let is_within = |point: &Point| {
-            let (position, normal) = point.sensor();
-            let found = match point.place(solution) {
-                On::Face => solution.gradient(position, normal).map(|found| found.irradiance),
-                On::Free => solution.irradiance_gradient_at(position, normal),
-            };
-            let is_known =
-                |found: Gradient| found.gradient.iter().zip(&found.estimate).all(|(of, off)| *off <= part * of.length());
-            found.ok().is_none_or(is_known)
-        };
-        self.known().collect::<Vec<_>>().into_par_iter().all(is_within)
+        self.known().collect::<Vec<_>>().into_par_iter().all(|point| point.has_gradient_within(solution, part))
+    }
+
+    /// Positions and normals of the points of which they are not.
+    pub(crate) fn without_gradients_within(&self, solution: &Solution, part: f64) -> Vec<(DVec3, DVec3)> {
+        let all: Vec<&Point> = self.known().collect();
+        all.into_par_iter().filter(|point| !point.has_gradient_within(solution, part)).map(Point::sensor).collect()
     }
 
     /// Answers every line. Returns the number of those that were refused.

@@ -9,7 +9,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use radgrad_core::DVec3;
 use radgrad_scene::output::{self, Unwritten, write_whole};
 use radgrad_scene::{Materials, Scene};
-use radgrad_solver::{Linking, MAX_DEGREE, Marking, Options, Order, RelativeTo, Solution, solve_for};
+use radgrad_solver::{Linking, MAX_DEGREE, Marking, Next, Options, Order, RelativeTo, Solution, solve_for};
 
 use crate::export::Format;
 use crate::points::Points;
@@ -28,8 +28,8 @@ pub(crate) struct Request {
     #[arg(long, value_name = "SHARE", value_parser = reflectance)]
     max_reflectance: Option<f64>,
     /// Estimate of the error of the mean radiosity over the mean that is reflected, at most: a percentage or a fraction [default: 0.1%;
-    /// with --points refinement goes on until their gradients are within 1% by their estimates, to 0.02% at most, and begins no round
-    /// after a sixth of --seconds]
+    /// with --points refinement goes on until their gradients are within 1% by their estimates: of all light, to 0.02% or a sixth of
+    /// --seconds, then of what the points see whose gradients are not, to 70% of --seconds]
     #[arg(long, value_parser = fraction)]
     error: Option<f64>,
     /// Go by the proven bound on the error of the mean instead: over the same, at most this, a percentage or a fraction.
@@ -42,7 +42,7 @@ pub(crate) struct Request {
     /// scene, in the mean over them.
     #[arg(long = "for", value_enum, default_value_t)]
     serve: Serve,
-    /// Degree of the polynomials on elements, 0 to 4 [default: 2, and 1 from a thousand faces on]
+    /// Degree of the polynomials on elements, 0 to 4 [default: 2; 1 from a thousand faces on; 4 where few faces face each other at about their width]
     #[arg(long, value_parser = degree)]
     degree: Option<usize>,
     /// Seconds in which to be done: what is refined ends then, early in the first round, no round is begun that would probably end later,
@@ -90,10 +90,13 @@ pub(crate) struct Request {
 }
 
 /// Gradients are off by more than the mean is. If no error is asked for, refinement goes on for points until the estimates of their gradients'
-/// errors are within this part of the gradients, or the error is this; and begins no round after this part of the time.
+/// errors are within this part of the gradients: first until the mean's is this, and to this part of the time; then for the sake of those that
+/// are not alone, to this estimate of their mean error, and to this part of the time.
 const GRADIENT: f64 = 0.01;
 const ERROR_FOR_POINTS: f64 = 2e-4;
 const TIME_FOR_POINTS: f64 = 1.0 / 6.0;
+const ERROR_AT_POINTS: f64 = 1e-2;
+const TIME_AT_POINTS: f64 = 0.7;
 
 /// [`Marking`] on the command line.
 #[derive(Debug, Clone, Copy, Default, ValueEnum)]
@@ -335,6 +338,7 @@ fn solved(
         None => Vec::new(),
     };
     let mut failure: Option<Failure> = None;
+    let mut serves = false;
     let solution = solve_for(scene, &options, &divisions, served, |solution| {
         let p = solution.progress();
         let (what, reached) = if p.bound.is_finite() { ("bound", p.bound) } else { ("estimate", p.estimate) };
@@ -355,11 +359,22 @@ fn solved(
             Ok(())
         };
         failure = watched().err();
-        let is_known = || points.is_none_or(|points| points.have_gradients_within(solution, GRADIENT));
-        let is_late = || start.elapsed() >= request.seconds.mul_f64(TIME_FOR_POINTS);
+        let Some(points) = points.filter(|_| options.error < request.error()) else { return Next::from(failure.is_none()) };
+        let is_late = |part: f64| start.elapsed() >= request.seconds.mul_f64(part);
         // Beyond the error asked for, for points.
-        let goes_on = options.error < p.estimate && p.estimate <= request.error();
-        failure.is_none() && !(goes_on && (is_late() || is_known()))
+        if failure.is_some() || serves && is_late(TIME_AT_POINTS) {
+            return Next::End;
+        } else if !serves && p.estimate > request.error() {
+            return Next::Round;
+        }
+        if points.have_gradients_within(solution, GRADIENT) {
+            Next::End
+        } else if serves || p.estimate > options.error && !is_late(TIME_FOR_POINTS) {
+            Next::Round
+        } else {
+            serves = true;
+            Next::Serve { points: points.without_gradients_within(solution, GRADIENT), error: ERROR_AT_POINTS }
+        }
     });
     bar.finish_and_clear();
     if let Some(failure) = failure {

@@ -56,7 +56,7 @@ use crate::mesh::clusters::FEWEST as MANY;
 use crate::mesh::element::Element;
 use crate::mesh::surfaces::Surfaces;
 use crate::solve::kept::Kept;
-use crate::solve::options::{Marking, Options, Progress};
+use crate::solve::options::{Marking, Next, Options, Progress};
 use crate::solve::served::Served;
 use crate::solve::solution::Solution;
 
@@ -112,7 +112,8 @@ const ROUGHLY_SOLVED: f64 = 1e-4;
 /// How much longer than the round before one is expected to take at most.
 const MOST_GROWTH: f64 = 2.0;
 
-/// Solves a scene. `watch` sees the solution after each round, and says whether to go on: what was reached is returned.
+/// Solves a scene. `watch` sees the solution after each round, and says whether to go on ([`Next`], `true` or `false`): what was reached is
+/// returned.
 ///
 /// ```
 /// use radgrad_core::{DVec3, Polygon};
@@ -136,7 +137,7 @@ const MOST_GROWTH: f64 = 2.0;
 /// # Errors
 /// If the error asked for is not in (0, 1], the scene is refused as in [`Prepared::of`], a face cannot be cut into elements, light is not lost, so that no bound
 /// exists, or a radiosity is beyond the range of a double.
-pub fn solve(scene: &Scene, options: &Options, watch: impl FnMut(&Solution) -> bool) -> Result<Solution, Error> {
+pub fn solve<N: Into<Next>>(scene: &Scene, options: &Options, watch: impl FnMut(&Solution) -> N) -> Result<Solution, Error> {
     solve_from(scene, options, &[], watch)
 }
 
@@ -156,11 +157,11 @@ pub fn solve(scene: &Scene, options: &Options, watch: impl FnMut(&Solution) -> b
 ///
 /// # Errors
 /// As for [`solve`], and if a division is of an element that is not there.
-pub fn solve_from(
+pub fn solve_from<N: Into<Next>>(
     scene: &Scene,
     options: &Options,
     divisions: &[usize],
-    watch: impl FnMut(&Solution) -> bool,
+    watch: impl FnMut(&Solution) -> N,
 ) -> Result<Solution, Error> {
     solve_for(scene, options, divisions, &[], watch)
 }
@@ -189,12 +190,12 @@ pub fn solve_from(
 ///
 /// # Errors
 /// As for [`solve_from`].
-pub fn solve_for(
+pub fn solve_for<N: Into<Next>>(
     scene: &Scene,
     options: &Options,
     divisions: &[usize],
     points: &[(DVec3, DVec3)],
-    watch: impl FnMut(&Solution) -> bool,
+    watch: impl FnMut(&Solution) -> N,
 ) -> Result<Solution, Error> {
     if !(options.error > 0.0 && options.error <= 1.0) {
         return Err(Error::Tolerance { value: options.error });
@@ -224,32 +225,40 @@ pub fn solve_for(
 }
 
 /// The same on a mesh of a scene that is ready, with options in its unit.
-pub(crate) fn solve_on(
+pub(crate) fn solve_on<N: Into<Next>>(
     ready: &Prepared,
     options: &Options,
     (mut mesh, served): (Mesh, Served),
-    mut watch: impl FnMut(&Solution) -> bool,
+    mut watch: impl FnMut(&Solution) -> N,
 ) -> Result<Solution, Error> {
     let scene = &ready.scene;
     let clock = Clock::started();
+    let mut options = *options;
     options.linking.divide(&mut mesh, options.most_elements)?;
     divide_evenly(&mut mesh, options.first_elements)?;
-    let mut solution = dark(ready, options, (mesh, served), clock)?;
+    let mut solution = dark(ready, &options, (mesh, served), clock)?;
     let (mut before, mut expected) = (Duration::ZERO, Duration::ZERO);
     let mut known = None;
     loop {
         let began = clock.elapsed();
-        let refined = solution.round(options, expected)?;
+        let refined = solution.round(&options, expected)?;
         // A round that finds nothing to divide or to link finds nothing the next time.
         let found = Some((solution.mesh.elements().len(), solution.progress.links));
         let is_idle = std::mem::replace(&mut known, found) == found;
         solution.check(scene)?;
-        let go_on = watch(&solution);
         let took = clock.elapsed().saturating_sub(began + refined);
         expected = expected_after(took, before);
-        let once = options.linking != Linking::Error;
-        let enough = once || is_idle || solution.reached(options) || solution.is_full(options);
-        if enough || !go_on || !clock.has_time_for(options.time, expected) {
+        let next = watch(&solution).into();
+        let is_more = if let Next::Serve { points, error } = &next {
+            options.error = *error;
+            solution.serve(points)?;
+            true
+        } else {
+            !is_idle && next == Next::Round && !solution.reached(&options)
+        };
+        let is_over = options.linking != Linking::Error || solution.is_full(&options) || !clock.has_time_for(options.time, expected);
+        if is_over || !is_more {
+            solution.end_service();
             solution.progress.bound = solution.prove()?;
             solution.finite()?;
             // Who asks for a point has time for it.
@@ -257,7 +266,7 @@ pub(crate) fn solve_on(
             return Ok(solution);
         }
         before = took;
-        solution.divide(options)?;
+        solution.divide(&options)?;
     }
 }
 

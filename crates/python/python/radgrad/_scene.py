@@ -268,7 +268,8 @@ class Scene:
         relative_to : "reflected" or "all"
             What errors are relative to: the mean radiosity without what faces emit themselves, or with it.
         degree : int, optional
-            Of the polynomials on elements, 0 to 4; 2 unless given.
+            Of the polynomials on elements, 0 to 4. If none is given 2; 1 from a thousand faces on; 4 where few faces face each
+            other at about their width.
         seconds : float, optional
             In which to be done: no round is begun that would probably end later.
         most_elements : int, optional

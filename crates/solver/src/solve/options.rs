@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use radgrad_core::DVec3;
 use radgrad_scene::Placement;
 
 use crate::field::order::Order;
@@ -49,7 +50,8 @@ pub struct Options {
     pub bound: Option<f64>,
     /// The reference of errors.
     pub relative_to: RelativeTo,
-    /// Degree of the basis, 0 to 4. If none is given 2, and 1 from a thousand faces on.
+    /// Degree of the basis, 0 to 4. If none is given 2; 1 from a thousand faces on; 4 where elements are few and of faces that are apart, by up to
+    /// twice the sum of their radii, with [`Marking::Residual`] and [`Linking::Error`].
     pub degree: Option<usize>,
     /// All faces are divided alike until there are this many elements; then the first round begins.
     pub first_elements: usize,
@@ -100,6 +102,53 @@ impl Options {
             Linking::Error => Linking::Error,
         };
         Self { linking, ..*self }
+    }
+}
+
+/// What comes after a round. `true` is [`Self::Round`] and `false` [`Self::End`].
+///
+/// ```
+/// use radgrad_solver::{Next, Options, solve};
+/// # use radgrad_core::DVec3;
+/// # use radgrad_scene::{Degenerate, Scene};
+/// # let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/scenes/two_blocks.obj");
+/// let scene = Scene::read(file, Degenerate::Refuse)?;
+/// let options = Options { error: 0.1, degree: Some(1), ..Options::default() };
+/// let point = (DVec3::new(2.0, 0.5, 0.0), DVec3::Z);
+/// let mean = solve(&scene, &options, |_| true)?;
+/// // Once the mean is found, what this point sees is refined.
+/// let mut serves = false;
+/// let both = solve(&scene, &options, |solution| {
+///     if serves || solution.progress().estimate > options.error {
+///         return Next::Round;
+///     }
+///     serves = true;
+///     Next::Serve { points: vec![point], error: 0.01 }
+/// })?;
+/// assert!(both.progress().estimate <= options.error && both.progress().elements > mean.progress().elements);
+/// let [there, before] = [&both, &mean].map(|solution| solution.gather(point.0, point.1));
+/// assert!(there?.estimate[0].total() < 0.5 * before?.estimate[0].total());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub enum Next {
+    /// No other round.
+    End,
+    /// Another one, unless what was asked for is reached.
+    Round,
+    /// Another one in any case, and from now on refinement serves these points, each with the direction that it faces, until this is the estimate
+    /// of their mean error over the mean of what is reflected there. All else stays as fine as it is, and is as fine as was asked for.
+    Serve {
+        /// Positions and normals.
+        points: Vec<(DVec3, DVec3)>,
+        /// In the place of [`Options::error`].
+        error: f64,
+    },
+}
+
+impl From<bool> for Next {
+    fn from(goes_on: bool) -> Self {
+        if goes_on { Self::Round } else { Self::End }
     }
 }
 

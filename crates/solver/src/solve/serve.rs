@@ -16,6 +16,7 @@ use crate::field::gathering::Equation;
 use crate::links::cluster::far::Far;
 use crate::links::transfer::Row;
 use crate::solve::gather::Sum;
+use crate::solve::served::Served;
 use crate::solve::solution::{Solution, ratio};
 
 /// Sweeps at most, and changes, relative to the mean, below which the importance is solved.
@@ -31,6 +32,22 @@ struct Seen {
 }
 
 impl Solution {
+    /// Serves some points from now on, beside the mean.
+    pub(super) fn serve(&mut self, points: &[(DVec3, DVec3)]) -> Result<(), Error> {
+        self.served = Served::of(points.iter().map(|&(position, normal)| [position, normal]).collect());
+        self.served.beside = true;
+        self.find_importance()?;
+        self.progress.estimate = self.estimate_at_points().unwrap_or(self.progress.estimate);
+        Ok(())
+    }
+
+    /// The estimate is again that of the mean, if points were served beside it.
+    pub(super) fn end_service(&mut self) {
+        if self.served.beside {
+            self.progress.estimate = self.relative(&self.mean_estimate());
+        }
+    }
+
     /// Finds what counts for the points served.
     pub(super) fn find_importance(&mut self) -> Result<(), Error> {
         if self.served.points.is_empty() {
@@ -155,7 +172,7 @@ impl Solution {
 
     /// How much less than elsewhere it counts what the links of a receiver neglect, where no point is near that gathers by them.
     pub(super) fn carefully(&self, receiver: usize, channel: usize) -> f64 {
-        if !self.served.is_known() || self.has_point(receiver) {
+        if !self.served.is_known() || self.served.beside || self.has_point(receiver) {
             return 1.0;
         }
         match self.served.mean[channel] {

@@ -7,6 +7,8 @@ use radgrad_core::DVec3;
 pub(crate) struct Served {
     /// Position and normal, in the coordinates of the scene; none to serve the mean.
     pub(super) points: Vec<[DVec3; 2]>,
+    /// Whether the mean was served before: then it stays as good as it is.
+    pub(super) beside: bool,
     /// Of each receiver of the last round, in each channel: the importance.
     pub(super) importance: Vec<Vec<f64>>,
     /// The mean of it over all area, and of what is reflected at the points.
