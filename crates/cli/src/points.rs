@@ -44,7 +44,7 @@ enum On {
 
 impl Point {
     /// Its position and normal.
-    fn sensor(&self) -> (DVec3, DVec3) {
+    pub(crate) fn sensor(&self) -> (DVec3, DVec3) {
         (DVec3::from(self.position), DVec3::from(self.normal))
     }
 
@@ -145,10 +145,10 @@ impl Points {
         self.known().collect::<Vec<_>>().into_par_iter().all(|point| point.has_gradient_within(solution, part))
     }
 
-    /// Positions and normals of the points of which they are not.
-    pub(crate) fn without_gradients_within(&self, solution: &Solution, part: f64) -> Vec<(DVec3, DVec3)> {
-        let all: Vec<&Point> = self.known().collect();
-        all.into_par_iter().filter(|point| !point.has_gradient_within(solution, part)).map(Point::sensor).collect()
+    /// Those of these points, or of all, of which they are not.
+    pub(crate) fn without_gradients_within<'a>(&'a self, solution: &Solution, part: f64, of: Option<Vec<&'a Point>>) -> Vec<&'a Point> {
+        let of = of.unwrap_or_else(|| self.known().collect());
+        of.into_par_iter().filter(|point| !point.has_gradient_within(solution, part)).collect()
     }
 
     /// Answers every line. Returns the number of those that were refused.

@@ -91,11 +91,10 @@ pub(crate) struct Request {
 
 /// Gradients are off by more than the mean is. If no error is asked for, refinement goes on for points until the estimates of their gradients'
 /// errors are within this part of the gradients: first until the mean's is this, and to this part of the time; then for the sake of those that
-/// are not alone, to this estimate of their mean error, and to this part of the time.
+/// are not alone, to this part of the time.
 const GRADIENT: f64 = 0.01;
 const ERROR_FOR_POINTS: f64 = 2e-4;
 const TIME_FOR_POINTS: f64 = 1.0 / 6.0;
-const ERROR_AT_POINTS: f64 = 1e-2;
 const TIME_AT_POINTS: f64 = 0.7;
 
 /// [`Marking`] on the command line.
@@ -338,7 +337,7 @@ fn solved(
         None => Vec::new(),
     };
     let mut failure: Option<Failure> = None;
-    let mut serves = false;
+    let mut unsure = None;
     let solution = solve_for(scene, &options, &divisions, served, |solution| {
         let p = solution.progress();
         let (what, reached) = if p.bound.is_finite() { ("bound", p.bound) } else { ("estimate", p.estimate) };
@@ -361,20 +360,19 @@ fn solved(
         failure = watched().err();
         let Some(points) = points.filter(|_| options.error < request.error()) else { return Next::from(failure.is_none()) };
         let is_late = |part: f64| start.elapsed() >= request.seconds.mul_f64(part);
-        // Beyond the error asked for, for points.
-        if failure.is_some() || serves && is_late(TIME_AT_POINTS) {
+        if failure.is_some() || unsure.is_some() && is_late(TIME_AT_POINTS) {
             return Next::End;
-        } else if !serves && p.estimate > request.error() {
-            return Next::Round;
         }
-        if points.have_gradients_within(solution, GRADIENT) {
-            Next::End
-        } else if serves || p.estimate > options.error && !is_late(TIME_FOR_POINTS) {
-            Next::Round
-        } else {
-            serves = true;
-            Next::Serve { points: points.without_gradients_within(solution, GRADIENT), error: ERROR_AT_POINTS }
+        // Beyond the error asked for, for points.
+        let is_enough = p.estimate <= options.error || p.estimate <= request.error() && is_late(TIME_FOR_POINTS);
+        if unsure.is_none() && !is_enough {
+            let is_known = p.estimate <= request.error() && points.have_gradients_within(solution, GRADIENT);
+            return Next::from(!is_known);
         }
+        let left = points.without_gradients_within(solution, GRADIENT, unsure.take());
+        let places: Vec<_> = left.iter().map(|point| point.sensor()).collect();
+        unsure = Some(left);
+        if places.is_empty() { Next::End } else { Next::Serve(places) }
     });
     bar.finish_and_clear();
     if let Some(failure) = failure {

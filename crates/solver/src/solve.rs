@@ -249,9 +249,9 @@ pub(crate) fn solve_on<N: Into<Next>>(
         let took = clock.elapsed().saturating_sub(began + refined);
         expected = expected_after(took, before);
         let next = watch(&solution).into();
-        let is_more = if let Next::Serve { points, error } = &next {
-            options.error = *error;
+        let is_more = if let Next::Serve(points) = &next {
             solution.serve(points)?;
+            options.error = STEP * solution.progress.estimate;
             true
         } else {
             !is_idle && next == Next::Round && !solution.reached(&options)

@@ -116,14 +116,15 @@ impl Options {
 /// let options = Options { error: 0.1, degree: Some(1), ..Options::default() };
 /// let point = (DVec3::new(2.0, 0.5, 0.0), DVec3::Z);
 /// let mean = solve(&scene, &options, |_| true)?;
-/// // Once the mean is found, what this point sees is refined.
-/// let mut serves = false;
-/// let both = solve(&scene, &options, |solution| {
-///     if serves || solution.progress().estimate > options.error {
-///         return Next::Round;
+/// // Once the mean is found, what this point sees is refined in two rounds.
+/// let mut rounds = 0;
+/// let both = solve(&scene, &options, |solution| match rounds {
+///     0 if solution.progress().estimate > options.error => Next::Round,
+///     2 => Next::End,
+///     _ => {
+///         rounds += 1;
+///         Next::Serve(vec![point])
 ///     }
-///     serves = true;
-///     Next::Serve { points: vec![point], error: 0.01 }
 /// })?;
 /// assert!(both.progress().estimate <= options.error && both.progress().elements > mean.progress().elements);
 /// let [there, before] = [&both, &mean].map(|solution| solution.gather(point.0, point.1));
@@ -136,14 +137,9 @@ pub enum Next {
     End,
     /// Another one, unless what was asked for is reached.
     Round,
-    /// Another one in any case, and from now on refinement serves these points, each with the direction that it faces, until this is the estimate
-    /// of their mean error over the mean of what is reflected there. All else stays as fine as it is, and is as fine as was asked for.
-    Serve {
-        /// Positions and normals.
-        points: Vec<(DVec3, DVec3)>,
-        /// In the place of [`Options::error`].
-        error: f64,
-    },
+    /// Another one in any case, that serves these points, each with the direction that it faces: the estimate of their mean error falls to about
+    /// a third. From now on refinement does not serve the mean; all else stays as fine as it is.
+    Serve(Vec<(DVec3, DVec3)>),
 }
 
 impl From<bool> for Next {

@@ -34,6 +34,9 @@ use crate::mesh::shape::{Shape, in_parent};
 /// Degrees that are tried: the last only where an element may be cut into cells, as little else is left there.
 const DEGREES: [usize; 6] = [3, 5, 7, 9, 12, 16];
 
+/// The one that is taken where none is enough: what is left counts the more in the largest value the higher a degree is.
+const FALLBACK: usize = DEGREES[DEGREES.len() - 2];
+
 /// How often an element is cut into four at most, where it may be cut, and evaluations on all its cells.
 const MOST_CUTS: usize = 2;
 const MOST_EVALUATIONS: usize = 10_000;
@@ -156,7 +159,7 @@ impl Proof<'_> {
         let ((level, degree), beyond) = match ways.into_iter().find_map(enough) {
             Some(found) => found,
             None if levels.len() > 1 => return None,
-            None => ((0, highest), left_by((0, highest))),
+            None => ((0, FALLBACK), left_by((0, FALLBACK))),
         };
 
         let sources: Vec<(usize, Vec<Vec<f64>>)> = taken.iter().map(|&source| (source, coefficients(source))).collect();
