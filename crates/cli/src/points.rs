@@ -146,7 +146,12 @@ impl Points {
     }
 
     /// Those of these points, or of all, of which they are not.
-    pub(crate) fn without_gradients_within<'a>(&'a self, solution: &Solution, part: f64, of: Option<Vec<&'a Point>>) -> Vec<&'a Point> {
+    pub(crate) fn without_gradients_within<'a>(
+        &'a self,
+        solution: &Solution,
+        part: f64,
+        of: Option<Vec<&'a Point>>,
+    ) -> Vec<&'a Point> {
         let of = of.unwrap_or_else(|| self.known().collect());
         of.into_par_iter().filter(|point| !point.has_gradient_within(solution, part)).collect()
     }

@@ -29,7 +29,7 @@ pub(crate) struct Request {
     max_reflectance: Option<f64>,
     /// Estimate of the error of the mean radiosity over the mean that is reflected, at most: a percentage or a fraction [default: 0.1%;
     /// with --points refinement goes on until their gradients are within 1% by their estimates: of all light, to 0.02% or a sixth of
-    /// --seconds, then of what the points see whose gradients are not, to 70% of --seconds]
+    /// --seconds, then of what the points see whose gradients are not, to 40% of --seconds]
     #[arg(long, value_parser = fraction)]
     error: Option<f64>,
     /// Go by the proven bound on the error of the mean instead: over the same, at most this, a percentage or a fraction.
@@ -95,7 +95,7 @@ pub(crate) struct Request {
 const GRADIENT: f64 = 0.01;
 const ERROR_FOR_POINTS: f64 = 2e-4;
 const TIME_FOR_POINTS: f64 = 1.0 / 6.0;
-const TIME_AT_POINTS: f64 = 0.7;
+const TIME_AT_POINTS: f64 = 0.4;
 
 /// [`Marking`] on the command line.
 #[derive(Debug, Clone, Copy, Default, ValueEnum)]

@@ -252,11 +252,13 @@ pub(crate) fn solve_on<N: Into<Next>>(
         let is_more = if let Next::Serve(points) = &next {
             solution.serve(points)?;
             options.error = STEP * solution.progress.estimate;
-            true
+            // Where nothing is reflected nothing is known relative to it.
+            solution.progress.estimate.is_finite()
         } else {
             !is_idle && next == Next::Round && !solution.reached(&options)
         };
-        let is_over = options.linking != Linking::Error || solution.is_full(&options) || !clock.has_time_for(options.time, expected);
+        let is_over =
+            options.linking != Linking::Error || solution.is_full(&options) || !clock.has_time_for(options.time, expected);
         if is_over || !is_more {
             solution.end_service();
             solution.progress.bound = solution.prove()?;
