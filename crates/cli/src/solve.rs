@@ -97,6 +97,9 @@ const ERROR_FOR_POINTS: f64 = 2e-4;
 const TIME_FOR_POINTS: f64 = 1.0 / 6.0;
 const TIME_AT_POINTS: f64 = 0.4;
 
+/// Rounds for the sake of those points: where light is even a gradient may be 0, and is never known to a part of that.
+const MOST_SERVICES: usize = 2;
+
 /// [`Marking`] on the command line.
 #[derive(Debug, Clone, Copy, Default, ValueEnum)]
 enum Divide {
@@ -337,7 +340,7 @@ fn solved(
         None => Vec::new(),
     };
     let mut failure: Option<Failure> = None;
-    let mut unsure = None;
+    let (mut unsure, mut services) = (None, 0);
     let solution = solve_for(scene, &options, &divisions, served, |solution| {
         let p = solution.progress();
         let (what, reached) = if p.bound.is_finite() { ("bound", p.bound) } else { ("estimate", p.estimate) };
@@ -360,7 +363,7 @@ fn solved(
         failure = watched().err();
         let Some(points) = points.filter(|_| options.error < request.error()) else { return Next::from(failure.is_none()) };
         let is_late = |part: f64| start.elapsed() >= request.seconds.mul_f64(part);
-        if failure.is_some() || unsure.is_some() && is_late(TIME_AT_POINTS) {
+        if failure.is_some() || services == MOST_SERVICES || unsure.is_some() && is_late(TIME_AT_POINTS) {
             return Next::End;
         }
         // Beyond the error asked for, for points.
@@ -369,6 +372,7 @@ fn solved(
             let is_known = p.estimate <= request.error() && points.have_gradients_within(solution, GRADIENT);
             return Next::from(!is_known);
         }
+        services += 1;
         let left = points.without_gradients_within(solution, GRADIENT, unsure.take());
         let places: Vec<_> = left.iter().map(|point| point.sensor()).collect();
         unsure = Some(left);
