@@ -372,6 +372,10 @@ fn solved(
             let is_known = p.estimate <= request.error() && points.have_gradients_within(solution, GRADIENT);
             return Next::from(!is_known);
         }
+        // Points that are served already are not served beside the mean.
+        if request.serve == Serve::Points {
+            return Next::End;
+        }
         services += 1;
         let left = points.without_gradients_within(solution, GRADIENT, unsure.take());
         let places: Vec<_> = left.iter().map(|point| point.sensor()).collect();
