@@ -112,8 +112,8 @@ const ROUGHLY_SOLVED: f64 = 1e-4;
 /// How much longer than the round before one is expected to take at most.
 const MOST_GROWTH: f64 = 2.0;
 
-/// Solves a scene. `watch` sees the solution after each round, and says whether to go on ([`Next`], `true` or `false`): what was reached is
-/// returned.
+/// Solves a scene. `watch` sees the solution after each round and says what comes next ([`Next`]; `true` goes on, `false` ends). The solution that
+/// was reached is returned.
 ///
 /// ```
 /// use radgrad_core::{DVec3, Polygon};
@@ -220,8 +220,7 @@ pub fn solve_for<N: Into<Next>>(
         }
         mesh.divide(element)?;
     }
-    let served = Served::of(points.iter().map(|&(position, normal)| [position, normal]).collect());
-    solve_on(&ready, &options, (mesh, served), watch)
+    solve_on(&ready, &options, (mesh, Served::of(points)), watch)
 }
 
 /// The same on a mesh of a scene that is ready, with options in its unit.
@@ -249,17 +248,20 @@ pub(crate) fn solve_on<N: Into<Next>>(
         let took = clock.elapsed().saturating_sub(began + refined);
         expected = expected_after(took, before);
         let next = watch(&solution).into();
-        let is_more = if let Next::Serve(points) = &next {
-            solution.serve(points)?;
-            options.error = STEP * solution.progress.estimate;
-            // Where nothing is reflected nothing is known relative to it.
-            solution.progress.estimate.is_finite()
-        } else {
-            !is_idle && next == Next::Round && !solution.reached(&options)
-        };
-        let is_over =
-            options.linking != Linking::Error || solution.is_full(&options) || !clock.has_time_for(options.time, expected);
-        if is_over || !is_more {
+        let may_go_on =
+            options.linking == Linking::Error && !solution.is_full(&options) && clock.has_time_for(options.time, expected);
+        let goes_on = may_go_on
+            && match next {
+                Next::End => false,
+                Next::Round => !is_idle && !solution.reached(&options),
+                Next::Serve(points) => {
+                    solution.serve(&points)?;
+                    options.error = STEP * solution.progress.estimate;
+                    // Where nothing is reflected nothing is known relative to it.
+                    options.error.is_finite()
+                }
+            };
+        if !goes_on {
             solution.end_service();
             solution.progress.bound = solution.prove()?;
             solution.finite()?;
@@ -278,6 +280,11 @@ fn degree_for(scene: &Scene, options: &Options) -> Result<usize, Error> {
         return Ok(DEGREE_OF_MANY);
     }
     if options.marking != Marking::Residual || options.linking != Linking::Error {
+        return Ok(DEGREE);
+    }
+    // Each has a leaf at least.
+    let exchanging = scene.faces().iter().filter(|face| scene.surfaces()[face.surface()].exchanges()).count();
+    if exchanging * exchanging > FEW_PAIRS {
         return Ok(DEGREE);
     }
     let mut mesh = Mesh::new(scene, DEGREE)?;

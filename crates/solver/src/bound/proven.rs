@@ -40,8 +40,8 @@
 //! the sum over j of what `f_j`, or the derivatives of the kernel in x, leave of `rho_j w_j`. Where nothing hides anything there is another
 //! bound on `u_i`: for any polynomials phi, about the importance, and `d = 1 + G rho phi - phi` it is `w - phi = d + G rho (w - phi)`, so that
 //! `|w - phi|` is at most a v with `v >= |d| + G rho v`, and `u_i` at most the largest `|d|` on i and what the derivatives leave of `rho_j v_j`.
-//! Then what is known counts with its signs: `mean(w p)` is `mean(phi p)`, the sum of products of coefficients over all i, and at most `v_i`
-//! times the root mean square of `p_i` on each.
+//! Then p counts with its signs: `mean(w p)` differs from `mean(phi p)`, a sum of products of coefficients over all i, by at most `v_i` times the
+//! root mean square of `p_i` on each i.
 //!
 //! *What is orthogonal.* Let `H - P H` be that of the sources that i sees as a whole, Q the orthogonal projection on i's polynomials, of degree m,
 //! and T Taylor's polynomial of degree m + 2, of which the next section leaves R. P is Q for such polynomials, as its nodes are exact for their
@@ -73,7 +73,8 @@
 //! since `dF/dt = (1/pi) sum_e int_e z (e x (y - x)).u / |y - x|^4 ds`, z and the product do not change with t, and `|y - x|^-4` is the
 //! generating function of Gegenbauer's polynomials, `|C_m^2| <= (m + 1)(m + 2)(m + 3)/6`; with the rest of `B_j` the kernel's own series
 //! over the area. The horizon does not move, as i is plane. On a parallelogram a polynomial in each coordinate may leave less
-//! ([`continued`]). More places of i than its nodes narrow the bound of wholly seen sources ([`finely`]). All other sources count by size, in the part of the hemisphere that is left.
+//! ([`continued`]). More places of i than its nodes narrow the bound of wholly seen sources ([`finely`]). All other sources count by
+//! size, in the part of the hemisphere that is left.
 //!
 //! **Closed scenes.** If faces are met from the front in every direction ([`closed`]) form factors sum to 1, and a constant
 //! radiosity gives every place of i the same: so any number may be taken from the radiosity in `H - P H`; it is about the mean
@@ -161,8 +162,8 @@ const OVER_BOUND: f64 = 0.3;
 const DEEPEST_IN_THE_CLEAR: usize = 2;
 const MOST_IN_THE_CLEAR: usize = 32_000;
 
-/// The part of the bound that has to be what weights are off from polynomials and what is known of residuals, before weights are known better by
-/// the importance and what that leaves out: that is as much work as what light leaves out.
+/// The importance bounds the weights anew where the parts of the bound that this lowers, by the weights' unevenness and by what is known of
+/// residuals, are more than this part of it: that is as much work as the bounds on what light leaves out.
 const BY_WEIGHTS: f64 = 0.3;
 
 /// The receivers that are cut further at a time leave this part of what all receivers leave.
@@ -390,13 +391,8 @@ impl Solved<'_> {
         if is_lamp { 0.0 } else { self.surfaces.emitted[face][channel] }
     }
 
-    /// How often receivers are cut into cells before what that gains is known: where no bound is asked for only if nothing hides anything from
-    /// any of them, and as long as that costs little.
-    fn deepest_at_first(&self, ground: &Ground) -> usize {
-        if ground.enough.is_empty() { self.deepest_in_the_clear() } else { 1 }
-    }
-
-    /// How often that is if nothing hides anything from any receiver and it costs little; else 0.
+    /// How often receivers are cut into cells where no bound is asked for: only if nothing hides anything from any of them, and as long as that
+    /// costs little; else 0.
     fn deepest_in_the_clear(&self) -> usize {
         let sees_all = |&receiver: &usize| {
             self.far[receiver].is_empty() && self.links[receiver].iter().all(|link| !matches!(link.sight, Sight::Past(_)))
@@ -602,7 +598,9 @@ impl Proven {
             };
             everywhere(mesh, &leaves, leaves.iter().zip(direct).map(with_details).collect(), channels)
         };
-        let mut deepest = vec![solved.deepest_at_first(ground); receivers.len()];
+        let in_the_clear = solved.deepest_in_the_clear();
+        // Before what cells gain is known.
+        let mut deepest = vec![if ground.enough.is_empty() { in_the_clear } else { 1 }; receivers.len()];
         let cut = |places: &[usize], deepest: &[usize]| -> Option<Vec<(Vec<Rest>, Views)>> {
             let of = |&place: &usize| {
                 (!solved.clock.is_over()).then(|| solved.left_of_reflected(ground, receivers[place], deepest[place]))
@@ -611,7 +609,7 @@ impl Proven {
         };
         let all: Vec<usize> = (0..receivers.len()).collect();
         let (mut reflected, views): (Vec<Vec<Rest>>, Vec<Views>) = cut(&all, &deepest)?.into_iter().unzip();
-        let (in_the_clear, is_closed) = (solved.deepest_in_the_clear(), ground.is_closed());
+        let is_closed = ground.is_closed();
         let open = solved.importance.filter(|_| !is_closed && in_the_clear > 0);
         let mut swapped = solved.importance.filter(|_| is_closed).map(|sent| Swapped::of(&solved, ground, sent.clone()));
         let mut of_importance = None;

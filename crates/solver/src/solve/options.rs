@@ -135,10 +135,10 @@ impl Options {
 pub enum Next {
     /// No other round.
     End,
-    /// Another one, unless what was asked for is reached.
+    /// Another round, unless the solution has reached the error asked for.
     Round,
-    /// Another one in any case, that serves these points, each with the direction that it faces: the estimate of their mean error falls to about
-    /// a third. From now on refinement does not serve the mean; all else stays as fine as it is.
+    /// Another round in any case. It serves these points, each with the direction that it faces, and aims at a third of the estimate of their mean
+    /// error. From now on refinement does not serve the mean; all else stays as fine as it is.
     Serve(Vec<(DVec3, DVec3)>),
 }
 

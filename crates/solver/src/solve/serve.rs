@@ -34,8 +34,7 @@ struct Seen {
 impl Solution {
     /// Serves some points from now on, beside the mean.
     pub(super) fn serve(&mut self, points: &[(DVec3, DVec3)]) -> Result<(), Error> {
-        self.served = Served::of(points.iter().map(|&(position, normal)| [position, normal]).collect());
-        self.served.beside = true;
+        self.served = Served { beside: true, ..Served::of(points) };
         self.find_importance()?;
         self.progress.estimate = self.estimate_at_points().unwrap_or(self.progress.estimate);
         Ok(())

@@ -17,8 +17,8 @@ pub(crate) struct Served {
 }
 
 impl Served {
-    pub(crate) fn of(points: Vec<[DVec3; 2]>) -> Self {
-        Self { points, ..Self::default() }
+    pub(crate) fn of(points: &[(DVec3, DVec3)]) -> Self {
+        Self { points: points.iter().map(|&(position, normal)| [position, normal]).collect(), ..Self::default() }
     }
 
     /// Whether it is known what counts for points.

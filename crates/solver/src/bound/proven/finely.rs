@@ -34,7 +34,8 @@ use crate::mesh::shape::{Shape, in_parent};
 /// Degrees that are tried: the last only where an element may be cut into cells, as little else is left there.
 const DEGREES: [usize; 6] = [3, 5, 7, 9, 12, 16];
 
-/// The one that is taken where none is enough: what is left counts the more in the largest value the higher a degree is.
+/// The degree that is taken where none is enough. A higher one raises the bound on the largest value, in which what polynomials leave counts
+/// `(n + 1)^2` times.
 const FALLBACK: usize = DEGREES[DEGREES.len() - 2];
 
 /// How often an element is cut into four at most, where it may be cut, and evaluations on all its cells.
