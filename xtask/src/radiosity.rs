@@ -24,6 +24,10 @@ use crate::files;
 use crate::plot::Picture;
 use graph::Graph;
 
+/// How many times fewer elements the gradient has to take than uniform division for the same error, and shadow lines than the gradient.
+const FEWER_BY_GRADIENT: f64 = 3.0;
+const FEWER_BY_SHADOWS: f64 = 2.0;
+
 /// Draw error and cost of radiosity solutions
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
@@ -74,9 +78,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     picture(&out("cost.svg"), &cost::graph(&costs))?;
     let points = refinement::measure()?;
     table(&out("refinement.csv"), &refinement::Point::HEADER, points.iter().map(refinement::Point::record))?;
+    let mut too_many = Vec::new();
     for degree in refinement::degrees() {
-        for (elements, ratios) in refinement::ratios(&points, degree) {
-            println!("Cornell box, degree {degree}: {elements} elements by the gradient, uniform {ratios:.2?} times as many");
+        let counts = refinement::counts(&points, degree)
+            .ok_or_else(|| format!("Cornell box, degree {degree}: no mesh is as good as the uniform one"))?;
+        println!("Cornell box, degree {degree}: {counts}");
+        let [by_gradient, by_shadows] = counts.ratios();
+        if by_gradient < FEWER_BY_GRADIENT || by_shadows < FEWER_BY_SHADOWS {
+            too_many.push(degree);
         }
         picture(&out(&format!("refinement-{degree}.svg")), &refinement::graph(&points, degree))?;
     }
@@ -98,7 +107,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
         }
         picture(&out(&format!("convergence-{name}.svg")), &convergence::graph(pair, &points))?;
     }
-    Ok(())
+    if too_many.is_empty() {
+        return Ok(());
+    }
+    let limits = format!(
+        "{FEWER_BY_GRADIENT} times fewer elements by the gradient and {FEWER_BY_SHADOWS} times fewer again along shadow lines"
+    );
+    Err(format!("Cornell box: {limits} are asked for, and missed at degrees {too_many:?}").into())
 }
 
 fn table(path: &Path, header: &[&str], records: impl Iterator<Item = Vec<String>>) -> Result<(), Box<dyn Error>> {

@@ -12,6 +12,7 @@ use radgrad_audit::name::UnknownFamily;
 use radgrad_audit::scenes::brackets::{self, Brackets};
 use radgrad_audit::scenes::family::{Family, Name};
 use radgrad_audit::scenes::faults::{Fault, Found, find};
+use radgrad_audit::scenes::gradients::{self, Gradients};
 use radgrad_audit::scenes::judge::{Ending, judge};
 use radgrad_audit::scenes::model::Model;
 use radgrad_audit::scenes::shrink::shrink;
@@ -139,6 +140,49 @@ pub(crate) fn brackets(pairs: u64, arguments: &Arguments, gates: &Gates) -> Resu
     }
     if tried < pairs {
         record.violated(format_args!("factors: {tried} pairs were tried of {pairs}"), "cargo xtask verify --factors");
+    }
+    record.write(out)
+}
+
+/// Gradients at the points of so many scenes: whether they are as near to the truth as the gates demand.
+pub(crate) fn gradients(scenes: u64, arguments: &Arguments, gates: &Gates) -> Result<bool, Box<dyn Error>> {
+    let (start, out, families) = (Instant::now(), &arguments.out, arguments.scene_families());
+    let bar = ProgressBar::new(scenes.div_ceil(families.len() as u64) * families.len() as u64);
+    bar.set_style(style());
+    let found = Gradients::of(&families, scenes, arguments.seed, |name| {
+        bar.set_message(name.family.name());
+        bar.inc(1);
+    });
+    bar.finish_and_clear();
+    write_whole(&out.join("gradients.csv"), |file| found.write(file))?;
+    let mut printed = with_header(&gradients::HEADER);
+    found.rows.iter().for_each(|(family, row)| {
+        printed.add_row(row.cells(*family));
+    });
+    let (count, share, requirement) = (found.count(), found.share_within(), gates.scenes());
+    println!("{count} gradients, seed {}: {:.1} % within 1 %\n{}", arguments.seed, 100.0 * share, fitted(right_aligned(printed)));
+    for (name, slope) in &found.beyond {
+        let (error, estimate) = (100.0 * slope.error(), slope.estimate_over_error());
+        println!(
+            "{name}: point {}, channel {}: off by {error:.1} %, estimated {estimate:.1e} times that",
+            slope.probe, slope.channel
+        );
+    }
+    let mut record = Record::new("gradients", arguments.seed, scenes);
+    record.note("gradients", count);
+    record.note("within_1_percent", format!("{share:.4}"));
+    record.note("seconds", format!("{:.0}", start.elapsed().as_secs_f64()));
+    let command = "cargo xtask verify --gradients";
+    // Of no gradients there is no share.
+    if share.is_nan() || share < requirement.least_gradients {
+        let least = 100.0 * requirement.least_gradients;
+        record.violated(format_args!("gradients: {:.1} % are within 1 %, the gate is {least:.0} %", 100.0 * share), command);
+    }
+    if found.median_estimate().is_none_or(|median| median > requirement.most_gradient_estimate) {
+        let median = found.median_estimate().unwrap_or(f64::NAN);
+        let most = requirement.most_gradient_estimate;
+        record
+            .violated(format_args!("gradients: the median of estimates over errors is {median:.1}, the gate is {most}"), command);
     }
     record.write(out)
 }

@@ -58,6 +58,9 @@ pub(crate) struct Arguments {
     /// Factors instead: proven brackets of at least so many pairs of faces against rays, over the families of scenes
     #[arg(long, value_name = "PAIRS", conflicts_with_all = ["bounds", "scenes", "cases"])]
     factors: Option<u64>,
+    /// Gradients instead: as `solve --points` finds them by default, at the points of at least so many scenes, against exact slopes and finer solutions
+    #[arg(long, value_name = "SCENES", conflicts_with_all = ["bounds", "scenes", "cases", "factors"])]
+    gradients: Option<u64>,
     /// Only part I of N, counted from 1, written to OUT as shard-I-of-N.json (bounds-I-of-N.json)
     #[arg(long, value_name = "I/N", value_parser = parse_part, conflicts_with = "merge")]
     shard: Option<Part>,
@@ -87,10 +90,15 @@ impl Arguments {
         if self.cases == Some(0) {
             return Err("--cases 0: a run without cases shows nothing; ask for 1 or more".to_owned());
         }
-        let fits = |family: &AnyFamily| matches!(family, AnyFamily::Scene(_)) == (self.scenes || self.factors.is_some());
+        let of_scenes = self.scenes || self.factors.is_some() || self.gradients.is_some();
+        let fits = |family: &AnyFamily| matches!(family, AnyFamily::Scene(_)) == of_scenes;
         match self.family.iter().find(|family| !fits(family)) {
-            Some(AnyFamily::Scene(family)) => Err(format!("{family} is a family of scenes: add --scenes or --factors")),
-            Some(AnyFamily::Case(family)) => Err(format!("{family} is no family of scenes: leave out --scenes and --factors")),
+            Some(AnyFamily::Scene(family)) => {
+                Err(format!("{family} is a family of scenes: add --scenes, --factors or --gradients"))
+            }
+            Some(AnyFamily::Case(family)) => {
+                Err(format!("{family} is no family of scenes: leave out --scenes, --factors and --gradients"))
+            }
             None => Ok(()),
         }
     }
@@ -141,6 +149,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     }
     if let Some(pairs) = arguments.factors {
         return crate::scenes::brackets(pairs, arguments, &gates).map(ended);
+    }
+    if let Some(scenes) = arguments.gradients {
+        return crate::scenes::gradients(scenes, arguments, &gates).map(ended);
     }
     if arguments.bounds {
         return bounds::run(arguments, &gates);

@@ -19,6 +19,7 @@ pub mod brackets;
 pub mod draw;
 pub mod family;
 pub mod faults;
+pub mod gradients;
 pub mod judge;
 pub mod model;
 pub mod shrink;

@@ -53,17 +53,6 @@ impl Point {
         let found = || if solution.is_on_a_face(DVec3::from(self.position)) { On::Face } else { On::Free };
         self.on.unwrap_or_else(found)
     }
-
-    /// Whether the estimate of the error of the gradient is within this part of it, or the point is refused.
-    fn has_gradient_within(&self, solution: &Solution, part: f64) -> bool {
-        let (position, normal) = self.sensor();
-        let found = match self.place(solution) {
-            On::Face => solution.gradient(position, normal).map(|found| found.irradiance),
-            On::Free => solution.irradiance_gradient_at(position, normal),
-        };
-        let is_within = |found: Gradient| found.gradient.iter().zip(&found.estimate).all(|(of, off)| *off <= part * of.length());
-        found.ok().is_none_or(is_within)
-    }
 }
 
 /// One line of the output, each number in each channel of the scene. A point in free space has no radiosity.
@@ -132,28 +121,7 @@ impl Points {
 
     /// Positions and normals, of lines that are points.
     pub(crate) fn places(&self) -> impl Iterator<Item = (DVec3, DVec3)> {
-        self.known().map(Point::sensor)
-    }
-
-    /// The lines that are points.
-    fn known(&self) -> impl Iterator<Item = &Point> {
-        self.0.iter().filter_map(|(_, point)| point.as_ref().ok())
-    }
-
-    /// Whether the estimates of the errors of all gradients are within this part of the gradients, but for points that are refused.
-    pub(crate) fn have_gradients_within(&self, solution: &Solution, part: f64) -> bool {
-        self.known().collect::<Vec<_>>().into_par_iter().all(|point| point.has_gradient_within(solution, part))
-    }
-
-    /// Those of these points, or of all, of which they are not.
-    pub(crate) fn without_gradients_within<'a>(
-        &'a self,
-        solution: &Solution,
-        part: f64,
-        of: Option<Vec<&'a Point>>,
-    ) -> Vec<&'a Point> {
-        let of = of.unwrap_or_else(|| self.known().collect());
-        of.into_par_iter().filter(|point| !point.has_gradient_within(solution, part)).collect()
+        self.0.iter().filter_map(|(_, point)| point.as_ref().ok()).map(Point::sensor)
     }
 
     /// Answers every line. Returns the number of those that were refused.

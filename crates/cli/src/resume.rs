@@ -1,7 +1,7 @@
 //! A run that can be taken up again: which elements were divided, written after every round.
 //!
-//! The file is one JSON object, `{"scene": "..", "divisions": [..]}`. The scene's fingerprint is over all that the solution depends
-//! on, so that a file is not taken for another scene's. Links and radiosities follow from the mesh and are computed anew, in one
+//! The file is one JSON object, `{"scene": "..", "divisions": [..]}`, with `"squares": true` where faces were first cut into squares, as
+//! `--divide gradient` does. The scene's fingerprint is over all that the solution depends on, so that a file is not taken for another scene's. Links and radiosities follow from the mesh and are computed anew, in one
 //! round instead of all those before.
 
 use std::io::{self, Write};
@@ -15,7 +15,15 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Serialize, Deserialize)]
 struct Checkpoint {
     scene: String,
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    squares: bool,
     divisions: Vec<usize>,
+}
+
+/// What a run has to be of to be taken up: a scene by its fingerprint, first cut into squares or not.
+pub(crate) struct Run {
+    pub(crate) scene: String,
+    pub(crate) squares: bool,
 }
 
 /// Why a run cannot be taken up.
@@ -27,10 +35,12 @@ pub(crate) enum Failure {
     Content { file: PathBuf, source: serde_json::Error },
     #[error("{}: it was written for another scene, or for this one before it was changed", file.display())]
     Scene { file: PathBuf },
+    #[error("{}: it was written {} --divide gradient, whose first elements are others: go on as it began", file.display(), if *with { "with" } else { "without" })]
+    Squares { file: PathBuf, with: bool },
 }
 
 /// The divisions of a run before; none where there is no file yet.
-pub(crate) fn read(file: &Path, scene: &str, limit: u64) -> Result<Vec<usize>, Failure> {
+pub(crate) fn read(file: &Path, run: &Run, limit: u64) -> Result<Vec<usize>, Failure> {
     let text = match read_file(file, limit) {
         Ok(text) => text,
         Err(source) if source.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
@@ -38,15 +48,18 @@ pub(crate) fn read(file: &Path, scene: &str, limit: u64) -> Result<Vec<usize>, F
     };
     let checkpoint: Checkpoint =
         serde_json::from_slice(&text).map_err(|source| Failure::Content { file: file.to_owned(), source })?;
-    if checkpoint.scene != scene {
+    if checkpoint.scene != run.scene {
         return Err(Failure::Scene { file: file.to_owned() });
+    }
+    if checkpoint.squares != run.squares {
+        return Err(Failure::Squares { file: file.to_owned(), with: checkpoint.squares });
     }
     Ok(checkpoint.divisions)
 }
 
 /// Writes the divisions so far.
-pub(crate) fn write(file: &Path, scene: &str, solution: &Solution) -> Result<(), Unwritten> {
-    let checkpoint = Checkpoint { scene: scene.to_owned(), divisions: solution.divisions() };
+pub(crate) fn write(file: &Path, run: &Run, solution: &Solution) -> Result<(), Unwritten> {
+    let checkpoint = Checkpoint { scene: run.scene.clone(), squares: run.squares, divisions: solution.divisions() };
     write_whole(file, |out| {
         serde_json::to_writer(&mut *out, &checkpoint)?;
         out.write_all(b"\n")

@@ -9,7 +9,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use radgrad_core::DVec3;
 use radgrad_scene::output::{self, Unwritten, write_whole};
 use radgrad_scene::{Materials, Scene};
-use radgrad_solver::{Linking, MAX_DEGREE, Marking, Next, Options, Order, RelativeTo, Solution, solve_for};
+use radgrad_solver::{GradientRounds, Linking, MAX_DEGREE, Marking, Next, Options, Order, RelativeTo, Solution, solve_for};
 
 use crate::export::Format;
 use crate::points::Points;
@@ -89,16 +89,8 @@ pub(crate) struct Request {
     view: View,
 }
 
-/// Gradients are off by more than the mean is. If no error is asked for, refinement goes on for points until the estimates of their gradients'
-/// errors are within this part of the gradients: first until the mean's is this, and to this part of the time; then for the sake of those that
-/// are not alone, to this part of the time.
+/// If no error is asked for, refinement goes on for points until the estimates of their gradients' errors are within this part of them.
 const GRADIENT: f64 = 0.01;
-const ERROR_FOR_POINTS: f64 = 2e-4;
-const TIME_FOR_POINTS: f64 = 1.0 / 6.0;
-const TIME_AT_POINTS: f64 = 0.4;
-
-/// Rounds for the sake of those points: where light is even a gradient may be 0, and is never known to a part of that.
-const MOST_SERVICES: usize = 2;
 
 /// [`Marking`] on the command line.
 #[derive(Debug, Clone, Copy, Default, ValueEnum)]
@@ -153,15 +145,12 @@ impl Request {
             (Some(form_factor), Some(area)) => Linking::Thresholds { form_factor, area },
             _ => Linking::Error,
         };
-        // Where none is asked for.
-        let goes_on = self.points.is_some() && self.error.is_none() && self.bound.is_none();
-        let error = if goes_on { ERROR_FOR_POINTS } else { self.error() };
         let (degree, most_elements, time) = (self.degree, self.most_elements, Some(time));
         // Thresholds say by themselves how many elements there are.
         let first_elements = if linking == Linking::Error { Options::default().first_elements } else { 1 };
         let bound = self.bound;
         Options {
-            error,
+            error: self.error(),
             bound,
             relative_to,
             degree,
@@ -328,19 +317,28 @@ fn solved(
     out: Option<(&Path, Format)>,
 ) -> Result<Solution, Failure> {
     // Reading has taken its part.
-    let options = request.options(request.seconds.saturating_sub(start.elapsed()));
+    let time = request.seconds.saturating_sub(start.elapsed());
+    let mut options = request.options(time);
+    let mut rounds = points.filter(|_| request.error.is_none() && request.bound.is_none()).map(|points| {
+        let points: Vec<_> = points.places().collect();
+        let rounds = GradientRounds::new(&points, GRADIENT, request.error(), time);
+        if request.serve == Serve::Points { rounds.of_served() } else { rounds }
+    });
+    if let Some(rounds) = &rounds {
+        options.error = rounds.error();
+    }
     let bar = ProgressBar::new_spinner();
     if let Ok(style) = ProgressStyle::with_template("{spinner} {elapsed} {msg}") {
         bar.set_style(style);
     }
     bar.enable_steady_tick(Duration::from_millis(100));
-    let resume = request.resume.as_deref().map(|file| (file, resume::fingerprint(scene)));
+    let squares = matches!(request.divide, Divide::Gradient);
+    let resume = request.resume.as_deref().map(|file| (file, resume::Run { scene: resume::fingerprint(scene), squares }));
     let divisions = match &resume {
-        Some((file, scene)) => resume::read(file, scene, request.scene.budget)?,
+        Some((file, run)) => resume::read(file, run, request.scene.budget)?,
         None => Vec::new(),
     };
     let mut failure: Option<Failure> = None;
-    let (mut unsure, mut services) = (None, 0);
     let solution = solve_for(scene, &options, &divisions, served, |solution| {
         let p = solution.progress();
         let (what, reached) = if p.bound.is_finite() { ("bound", p.bound) } else { ("estimate", p.estimate) };
@@ -355,32 +353,16 @@ fn solved(
             if let Some((file, format)) = out {
                 write_whole(file, |output| format.write(solution, scene, output))?;
             }
-            if let Some((file, scene)) = &resume {
-                resume::write(file, scene, solution)?;
+            if let Some((file, run)) = &resume {
+                resume::write(file, run, solution)?;
             }
             Ok(())
         };
         failure = watched().err();
-        let Some(points) = points.filter(|_| options.error < request.error()) else { return Next::from(failure.is_none()) };
-        let is_late = |part: f64| start.elapsed() >= request.seconds.mul_f64(part);
-        if failure.is_some() || services == MOST_SERVICES || unsure.is_some() && is_late(TIME_AT_POINTS) {
-            return Next::End;
+        match &mut rounds {
+            Some(rounds) if failure.is_none() => rounds.next(solution),
+            _ => Next::from(failure.is_none()),
         }
-        // Beyond the error asked for, for points.
-        let is_enough = p.estimate <= options.error || p.estimate <= request.error() && is_late(TIME_FOR_POINTS);
-        if unsure.is_none() && !is_enough {
-            let is_known = p.estimate <= request.error() && points.have_gradients_within(solution, GRADIENT);
-            return Next::from(!is_known);
-        }
-        // Points that are served already are not served beside the mean.
-        if request.serve == Serve::Points {
-            return Next::End;
-        }
-        services += 1;
-        let left = points.without_gradients_within(solution, GRADIENT, unsure.take());
-        let places: Vec<_> = left.iter().map(|point| point.sensor()).collect();
-        unsure = Some(left);
-        if places.is_empty() { Next::End } else { Next::Serve(places) }
     });
     bar.finish_and_clear();
     if let Some(failure) = failure {

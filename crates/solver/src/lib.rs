@@ -55,5 +55,6 @@ pub use picture::reconstruction::Reconstruction;
 pub use solve::gather::{Gathered, Irradiance};
 pub use solve::gradient::{Gradient, SurfaceGradient};
 pub use solve::options::{Marking, Next, Options, Progress, RelativeTo};
+pub use solve::rounds::GradientRounds;
 pub use solve::solution::Solution;
 pub use solve::{solve, solve_for, solve_from};

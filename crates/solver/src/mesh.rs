@@ -4,6 +4,7 @@ pub(crate) mod basis;
 pub(crate) mod clusters;
 mod contact;
 pub(crate) mod element;
+pub(crate) mod outline;
 pub(crate) mod overlap;
 pub(crate) mod partition;
 mod remainder;
@@ -21,11 +22,9 @@ use crate::error::Error;
 use crate::mesh::basis::Basis;
 use crate::mesh::clusters::Clusters;
 use crate::mesh::element::{Element, around};
+use crate::mesh::outline::{Cut, MOST_SLICES, slices, with_parallelogram};
 use crate::mesh::screen::Screen;
-use crate::mesh::shape::{Shape, is_parallelogram};
-
-/// Long faces are cut into parts where no face meets another, unless all faces together would have more parts than this.
-const MOST_SLICES: usize = 16;
+use crate::mesh::shape::Shape;
 
 /// The trees of elements over the faces of a scene.
 ///
@@ -79,37 +78,18 @@ impl Sight {
 /// A point is at a face within this fraction of the scene's extent.
 pub(crate) const TOUCHES: f64 = 1e-9;
 
-/// A parallelogram that is at least one and a half times as long as wide, cut across into parts that are about as long as wide; `None` for any
-/// other outline, and where these would be too many.
-fn slices(outline: &[DVec3]) -> Option<Vec<Vec<DVec3>>> {
-    if !is_parallelogram(outline) {
-        return None;
-    }
-    let &[p, q, r, s] = outline else { return None };
-    let [a, b, c, d] = if (q - p).length() >= (s - p).length() { [p, q, r, s] } else { [q, r, s, p] };
-    let (along, across) = (b - a, d - a);
-    let is_nearest = |count: &usize| along.length() < (*count as f64 + 0.5) * across.length();
-    let count = (1..=MOST_SLICES).find(is_nearest).filter(|count| *count > 1)?;
-    let at = |index: usize, [from, to]: [DVec3; 2]| from.lerp(to, index as f64 / count as f64);
-    let slice = |index: usize| {
-        let [start, end] = [index, index + 1];
-        vec![at(start, [a, b]), at(end, [a, b]), at(end, [d, c]), at(start, [d, c])]
-    };
-    Some((0..count).map(slice).collect())
-}
-
 impl Mesh {
     /// The coarsest elements, with bases of a degree.
     ///
     /// # Errors
     /// If a face cannot be cut into triangles.
     pub fn new(scene: &Scene, degree: usize) -> Result<Self, Error> {
-        Self::of_parts(scene, degree, &[])
+        Self::cut(scene, degree, Cut::Few)
     }
 
-    /// The same of faces that are cut into parts, each a triangle or a parallelogram; faces for which there are none are cut as by
-    /// [`Self::new`].
-    pub(crate) fn of_parts(scene: &Scene, degree: usize, parts: &[Vec<Vec<DVec3>>]) -> Result<Self, Error> {
+    /// The same of faces that are cut in some way. Those that others stand on are cut along their feet before, those without parts are
+    /// cut as by [`Self::new`].
+    pub(crate) fn cut(scene: &Scene, degree: usize, cut: Cut<'_>) -> Result<Self, Error> {
         let bases = [Shape::Parallelogram, Shape::Triangle].map(|shape| Basis::new(shape, degree));
         let polygons: Vec<Polygon> = scene.polygons().cloned().collect();
         let exchanges: Vec<bool> = scene.faces().iter().map(|face| scene.surfaces()[face.surface()].exchanges()).collect();
@@ -124,15 +104,27 @@ impl Mesh {
             let near = boxes.iter().enumerate().filter(move |(other, of)| *other != face && meets(of));
             near.map(|(other, _)| &polygons[other])
         };
+        // Long faces are cut into parts where no face meets another and parts are few.
         let count = |polygon: &Polygon| slices(polygon.vertices()).map_or(1, |slices| slices.len());
         let slices_are_few = polygons.len() <= MOST_SLICES
             && polygons.iter().map(count).sum::<usize>() <= MOST_SLICES
             && (0..polygons.len()).all(|face| others(face).next().is_none());
         let (mut elements, mut roots_of_face) = (Vec::new(), vec![Vec::new(); polygons.len()]);
         for (face, polygon) in polygons.iter().enumerate().filter(|(face, _)| exchanges[*face]) {
-            let given = parts.get(face).filter(|parts| !parts.is_empty()).cloned();
-            let given = given.or_else(|| contact::cut(polygon, &convex[face], others(face)));
-            let of_face = match given.or_else(|| slices_are_few.then(|| slices(polygon.vertices())).flatten()) {
+            let by_feet = || contact::cut(polygon, &convex[face], others(face));
+            let squares = || {
+                let parts = by_feet().unwrap_or_else(|| convex[face].clone()).into_iter();
+                let parallelograms =
+                    parts.flat_map(|part| with_parallelogram(&part, polygon.normal()).unwrap_or_else(|| vec![part]));
+                parallelograms.flat_map(|part| slices(&part).unwrap_or_else(|| vec![part])).collect()
+            };
+            let given = match cut {
+                Cut::Few => None,
+                Cut::Squares => Some(squares()),
+                Cut::Parts(parts) => parts.get(face).filter(|parts| !parts.is_empty()).cloned(),
+            };
+            let sliced = || slices_are_few.then(|| slices(polygon.vertices())).flatten();
+            let of_face = match given.or_else(by_feet).or_else(sliced) {
                 None => Element::of_face(polygon, face, &bases)?,
                 Some(parts) => {
                     let mut elements = Vec::new();

@@ -5,8 +5,8 @@
 //! sweeps until the linear system is solved, refines links, and bounds the error. If the bound on its mean over all area is not
 //! within the error asked for, relative to the mean radiosity that is reflected, the receivers that add most to the bound are
 //! divided: those that together make up a given part of it (W. Dörfler 1996). Asked to go by the gradient it divides instead, leaves and receivers
-//! alike, those that are off most in the mean square ([`crate::solve::marking`]), where it is asked for on faces that were cut along
-//! shadow lines ([`crate::solve::shadows`]); by thresholds, nothing after the first round
+//! alike, those that are off most in the mean square ([`crate::solve::marking`]), on faces that are first cut into squares, or where it is
+//! asked for along shadow lines ([`crate::solve::shadows`]); by thresholds, nothing after the first round
 //! ([`crate::links::linking`]).
 
 mod check;
@@ -25,6 +25,7 @@ mod near;
 pub(crate) mod options;
 mod prove;
 mod queries;
+pub(crate) mod rounds;
 mod samples;
 mod second;
 mod serve;
@@ -54,6 +55,7 @@ use crate::links::rays::cells_for;
 use crate::mesh::Mesh;
 use crate::mesh::clusters::FEWEST as MANY;
 use crate::mesh::element::Element;
+use crate::mesh::outline::Cut;
 use crate::mesh::surfaces::Surfaces;
 use crate::solve::kept::Kept;
 use crate::solve::options::{Marking, Next, Options, Progress};
@@ -141,7 +143,8 @@ pub fn solve<N: Into<Next>>(scene: &Scene, options: &Options, watch: impl FnMut(
     solve_from(scene, options, &[], watch)
 }
 
-/// [`solve`] from a mesh that is divided already, as another solution's was ([`Solution::divisions`]): to go on where that one ended.
+/// [`solve`] from a mesh that is divided already, as another solution's was ([`Solution::divisions`]) with the same [`Options::marking`], by
+/// which faces are first cut: to go on where that one ended.
 ///
 /// ```
 /// # use radgrad_scene::{Degenerate, Scene};
@@ -207,6 +210,7 @@ pub fn solve_for<N: Into<Next>>(
     let degree = options.degree.map_or_else(|| degree_for(&ready.scene, &options), Ok)?;
     let mut mesh = match options.marking {
         Marking::Shadows => shadows::mesh(&ready, &options, degree)?,
+        Marking::Gradient if ready.scene.faces().len() < MANY => Mesh::cut(&ready.scene, degree, Cut::Squares)?,
         Marking::Residual | Marking::Gradient => Mesh::new(&ready.scene, degree)?,
     };
     if options.marking == Marking::Shadows {

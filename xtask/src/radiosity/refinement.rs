@@ -71,7 +71,7 @@ struct Place {
 const DEGREES: [(usize, f64); 3] = [(0, 0.03), (1, 0.01), (2, 0.006)];
 
 /// Elements, divided ones too, at most, where division is not uniform.
-const MOST: usize = 900;
+const MOST: usize = 1300;
 
 const UNIFORM: [usize; 4] = [1, 160, 640, 2560];
 
@@ -144,20 +144,45 @@ fn errors(solution: &Solution, places: &[Place]) -> Vec<f64> {
     (0..solution.channels().len()).map(of_channel).collect()
 }
 
-/// For a degree, how many times as many elements uniform division needs as each mesh divided by the gradient, in each channel, if
-/// its errors fall like powers between those measured.
-pub(super) fn ratios(points: &[Point], degree: usize) -> Vec<(usize, Vec<f64>)> {
+/// Elements for one error, that of the most elements divided alike.
+pub(super) struct Counts {
+    error: f64,
+    uniform: f64,
+    gradient: f64,
+    shadows: f64,
+}
+
+impl Counts {
+    /// How many times as many elements uniform division needs as the gradient, and that as faces cut along shadow lines.
+    pub(super) fn ratios(&self) -> [f64; 2] {
+        [self.uniform / self.gradient, self.gradient / self.shadows]
+    }
+}
+
+impl std::fmt::Display for Counts {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let ([by_gradient, by_shadows], Self { error, uniform, gradient, shadows }) = (self.ratios(), self);
+        write!(
+            f,
+            "an error of {error:.3e} takes {uniform} elements divided alike, {gradient:.0} by the gradient ({by_gradient:.2} times fewer), "
+        )?;
+        write!(f, "{shadows:.0} along shadow lines ({by_shadows:.2} times fewer)")
+    }
+}
+
+/// The counts for a degree, between measured ones on lines in logarithms; `None` where none are as good as that.
+pub(super) fn counts(points: &[Point], degree: usize) -> Option<Counts> {
     let of = |division: Division| points.iter().filter(move |p| p.degree == degree && p.division == division);
-    let uniform: Vec<&Point> = of(Division::Uniform).collect();
-    let ratio = |point: &Point, channel: usize| {
-        let step = uniform.windows(2).rfind(|pair| pair[0].errors[channel] >= point.errors[channel]);
-        let [more, fewer] = step.map(|pair| [pair[1], pair[0]])?;
-        let power = (fewer.errors[channel] / more.errors[channel]).ln() / (more.elements as f64 / fewer.elements as f64).ln();
-        let uniform = more.elements as f64 * (more.errors[channel] / point.errors[channel]).powf(1.0 / power);
-        Some(uniform / point.elements as f64)
+    let finest = of(Division::Uniform).next_back()?;
+    let error = finest.error();
+    let elements = |division: Division| {
+        let meshes: Vec<(f64, f64)> = of(division).map(|point| (point.elements as f64, point.error())).collect();
+        let pair = meshes.windows(2).find(|pair| pair[0].1 >= error && pair[1].1 <= error)?;
+        let share = (pair[0].1 / error).ln() / (pair[0].1 / pair[1].1).ln();
+        Some(pair[0].0 * (pair[1].0 / pair[0].0).powf(share))
     };
-    let of_point = |point: &Point| (point.elements, (0..point.errors.len()).filter_map(|c| ratio(point, c)).collect());
-    of(Division::Gradient).map(of_point).collect()
+    let [gradient, shadows] = [elements(Division::Gradient)?, elements(Division::Shadows)?];
+    Some(Counts { error, uniform: finest.elements as f64, gradient, shadows })
 }
 
 pub(super) fn degrees() -> impl Iterator<Item = usize> {

@@ -25,11 +25,15 @@ pub struct Requirement {
     pub least_judged: f64,
     /// Faults planted that may be missed.
     pub missed_faults: u64,
+    /// Least share of gradients within a hundredth of their length.
+    pub least_gradients: f64,
+    /// Largest median of the estimates of their errors over the errors.
+    pub most_gradient_estimate: f64,
 }
 
 impl Default for Requirement {
     fn default() -> Self {
-        Self { broken: 0, least_judged: 0.5, missed_faults: 0 }
+        Self { broken: 0, least_judged: 0.5, missed_faults: 0, least_gradients: 0.95, most_gradient_estimate: 5.0 }
     }
 }
 
@@ -252,7 +256,7 @@ impl Row {
     }
 }
 
-fn median(values: &[f64]) -> Option<f64> {
+pub(super) fn median(values: &[f64]) -> Option<f64> {
     let mut sorted: Vec<f64> = values.iter().copied().filter(|value| !value.is_nan()).collect();
     sorted.sort_by(f64::total_cmp);
     sorted.get(sorted.len() / 2).copied()

@@ -198,6 +198,10 @@ fn a_run_that_is_killed_leaves_no_part_of_a_file() {
     }
     assert!(named <= 1, "{named} of 12 are left under another name");
     assert_ne!(radgrad(&folder.0, &["solve", "lit.obj", "--seconds", "1", "--resume", "run.json"]).status.code(), Some(2));
+    // By the gradient faces are cut otherwise at first.
+    let other = radgrad(&folder.0, &["solve", "lit.obj", "--divide", "gradient", "--resume", "run.json"]);
+    assert_eq!(other.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&other.stderr).contains("run.json: it was written without --divide gradient"));
 }
 
 #[test]

@@ -82,6 +82,20 @@ impl FacingRectangles {
         (mean, points.iter().map(|&(which, at)| known(&|nodes| self.at(nodes, which, at))).collect())
     }
 
+    /// The gradient of the irradiance `G B` at a point, along x and y.
+    #[must_use]
+    pub fn slope(&self, which: usize, [x, y]: [f64; 2]) -> [f64; 2] {
+        let (nodes, other) = (self.solve(FINE), 1 - which);
+        let mut slope = [0.0; 2];
+        for ([u, v, weight], radiosity) in nodes.rule[other].iter().zip(&nodes.values[other]) {
+            let square = (x - u) * (x - u) + (y - v) * (y - v) + self.gap * self.gap;
+            let part = -4.0 * weight * radiosity * self.kernel([x, y], [*u, *v]) / square;
+            slope[0] += part * (x - u);
+            slope[1] += part * (y - v);
+        }
+        slope
+    }
+
     /// `E = B - rho G B` at a point, for a radiosity that is chosen as a function of the rectangle and of `[x, y]`.
     pub fn manufactured(&self, which: usize, at: [f64; 2], radiosity: impl Fn(usize, [f64; 2]) -> f64) -> f64 {
         let other = 1 - which;

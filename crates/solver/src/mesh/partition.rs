@@ -1,8 +1,8 @@
 //! Faces cut where that makes polynomials fit best, along shadow lines above all.
 //!
-//! The light on a face is known at samples. What polynomials leave out of it on a part is the sum of squares of the least squares
-//! fit's residuals. One part after another is cut, always the one whose best cut takes most of that away for each element that it
-//! adds. Cuts are along the shadow lines that cross a part ([`crate::mesh::shadow`]), in two through the middle, and in four as
+//! The light on a part is known at samples; each part gets its own before cuts of it are judged. What polynomials leave out of it is the
+//! part's area times the mean square of what the least squares fit leaves. One part after another is cut, always the one whose best cut
+//! takes most of that away for each element that it adds. Cuts are along the shadow lines that cross a part ([`crate::mesh::shadow`]), in two through the middle, and in four as
 //! refinement does. So a line cuts elements as far as it counts for the light there, elements across which light changes little
 //! in one direction stay long in that, and of the hundreds of lines of a scene none is taken that gains less than another cut does.
 
@@ -10,6 +10,8 @@ use radgrad_core::DVec3;
 use radgrad_scene::largest;
 use rayon::prelude::*;
 
+use crate::error::Error;
+use crate::links::cluster::sampled::STEPS;
 use crate::mesh::basis::Basis;
 use crate::mesh::contact::{halves, inside};
 use crate::mesh::shape::{Shape, in_parent, is_parallelogram};
@@ -26,28 +28,36 @@ const LEAST_ALONG: f64 = 0.25;
 /// Samples in a part for each function of the basis, below which nothing is said of it.
 const FEWEST: usize = 3;
 
+/// The least samples over all faces together and in a part when cuts are judged.
+const SAMPLES: f64 = 30_000.0;
+const ENOUGH: f64 = 360.0;
+
 /// Shares of a side at which a part is cut in two.
 const SHARES: [f64; 3] = [0.5, 1.0 / 3.0, 2.0 / 3.0];
 
 /// Longest side over the height on it beyond which no cut makes a part.
 const LONGEST: f64 = 50.0;
 
-/// The light at a point of a face: irradiance in each channel, in a unit of its mean.
+/// The light at a point of a face: radiosity in each channel, in a unit of its mean.
 #[derive(Debug, Clone)]
 pub(crate) struct Sample {
     pub(crate) point: DVec3,
     pub(crate) light: Vec<f64>,
 }
 
-/// A face, its shadow lines and samples of its light.
+/// A face and its shadow lines.
 #[derive(Debug)]
 pub(crate) struct Known {
     pub(crate) normal: DVec3,
     /// Triangles and parallelograms.
     pub(crate) parts: Vec<Vec<DVec3>>,
     pub(crate) lines: Vec<[DVec3; 2]>,
-    pub(crate) samples: Vec<Sample>,
+    /// Whether it stays as it is.
+    pub(crate) stays: bool,
 }
+
+/// The light at places of a face.
+pub(crate) type Light<'a> = dyn Fn(usize, &[DVec3]) -> Result<Vec<Sample>, Error> + Sync + 'a;
 
 /// A triangle or a parallelogram, with the samples in it.
 #[derive(Debug, Clone)]
@@ -55,52 +65,68 @@ struct Part {
     face: usize,
     corners: Vec<DVec3>,
     samples: Vec<usize>,
-    /// Sum of squares that polynomials leave.
+    /// Mean square that polynomials leave, times the area.
     left: f64,
     /// What the best cut takes away for each part that it adds, and its pieces.
     best: Option<(f64, Vec<Self>)>,
 }
 
 /// The parts of each face, at most `most` together, or until the root mean square left is `error`.
-pub(crate) fn partition(faces: &[Known], bases: &[Basis; 2], most: usize, error: f64) -> Vec<Vec<Vec<DVec3>>> {
-    let cutting = Cutting { faces, bases };
-    let count: usize = faces.iter().map(|face| face.samples.len()).sum();
-    let enough = error * error * count as f64;
-    let roots: Vec<(usize, &Vec<DVec3>)> =
-        faces.iter().enumerate().flat_map(|(face, known)| known.parts.iter().map(move |part| (face, part))).collect();
-    let mut parts: Vec<Part> = roots.par_iter().map(|(face, corners)| cutting.root(*face, corners)).collect();
+pub(crate) fn partition(
+    faces: &[Known],
+    bases: &[Basis; 2],
+    (most, error): (usize, f64),
+    light: &Light<'_>,
+) -> Result<Vec<Vec<Vec<DVec3>>>, Error> {
+    let roots = || faces.iter().enumerate().flat_map(|(face, known)| known.parts.iter().map(move |part| (face, part)));
+    let all: f64 = roots().map(|(_, corners)| area(corners)).sum();
+    let mut cutting = Cutting { faces, bases, light, samples: vec![Vec::new(); faces.len()], density: SAMPLES / all };
+    let root = |(face, corners): (usize, &Vec<DVec3>)| {
+        cutting.judged(Part { face, corners: corners.clone(), samples: Vec::new(), left: 0.0, best: None })
+    };
+    let mut parts: Vec<Part> = roots().map(root).collect::<Result<_, Error>>()?;
     loop {
         let left: f64 = parts.iter().map(|part| part.left).sum();
         let score = |part: &Part| part.best.as_ref().map_or(0.0, |best| best.0);
         let next = (0..parts.len()).max_by(|&a, &b| score(&parts[a]).total_cmp(&score(&parts[b])).then(b.cmp(&a)));
-        let Some((_, pieces)) = next.and_then(|next| parts[next].best.take().filter(|best| best.0 > 0.0)) else { break };
-        if left <= enough || parts.len() + pieces.len() > most + 1 {
+        let Some(next) = next else { break };
+        let Some((_, pieces)) = parts[next].best.take().filter(|best| best.0 > 0.0) else { break };
+        if left <= error * error * all || parts.len() + pieces.len() > most + 1 {
             break;
         }
-        let pieces: Vec<Part> = pieces.into_par_iter().map(|piece| cutting.with_best(piece)).collect();
-        if let Some(next) = next {
-            parts.swap_remove(next);
+        parts.swap_remove(next);
+        for piece in pieces {
+            parts.push(cutting.judged(piece)?);
         }
-        parts.extend(pieces);
     }
     let mut of_face = vec![Vec::new(); faces.len()];
     parts.into_iter().for_each(|part| of_face[part.face].push(part.corners));
-    of_face
+    Ok(of_face)
 }
 
 struct Cutting<'a> {
     faces: &'a [Known],
     bases: &'a [Basis; 2],
+    light: &'a Light<'a>,
+    /// Those of each face so far.
+    samples: Vec<Vec<Sample>>,
+    /// Samples per area, at least.
+    density: f64,
 }
 
 impl Cutting<'_> {
-    /// A part that the face was cut into before, with its samples.
-    fn root(&self, face: usize, corners: &[DVec3]) -> Part {
-        let known = &self.faces[face];
-        let inside = |s: &usize| outside(corners, known.normal, known.samples[*s].point) <= 0.0;
-        let samples: Vec<usize> = (0..known.samples.len()).filter(inside).collect();
-        let left = self.left(face, corners, &samples).unwrap_or(0.0);
-        self.with_best(Part { face, corners: corners.to_vec(), samples, left, best: None })
+    /// The part with as many samples as it needs, and its best cut.
+    fn judged(&mut self, mut part: Part) -> Result<Part, Error> {
+        if self.faces[part.face].stays {
+            return Ok(part);
+        }
+        let of_face = &mut self.samples[part.face];
+        let enough = largest(ENOUGH, self.density * area(&part.corners));
+        let more = (self.light)(part.face, &places(&part.corners, part.samples.len(), enough))?;
+        part.samples.extend(of_face.len()..of_face.len() + more.len());
+        of_face.extend(more);
+        part.left = self.left(part.face, &part.corners, &part.samples).unwrap_or(0.0);
+        Ok(self.with_best(part))
     }
 
     /// The part with its best cut.
@@ -153,7 +179,7 @@ impl Cutting<'_> {
         }
         let mut samples = vec![Vec::new(); outlines.len()];
         for &sample in &part.samples {
-            let point = known.samples[sample].point;
+            let point = self.samples[part.face][sample].point;
             let excess = |corners: &Vec<DVec3>| outside(corners, known.normal, point);
             let nearest = (0..outlines.len()).min_by(|&a, &b| excess(&outlines[a]).total_cmp(&excess(&outlines[b])))?;
             samples[nearest].push(sample);
@@ -165,16 +191,16 @@ impl Cutting<'_> {
         outlines.into_iter().zip(samples).map(piece).collect()
     }
 
-    /// Sum of squares over samples of what polynomials leave of the light, expected of all places rather than of the samples that they
-    /// fit; `None` if these are too few.
+    /// Mean square of what polynomials leave of the light, times the area, expected of all places rather than of the samples that they fit;
+    /// `None` if these are too few.
     fn left(&self, face: usize, corners: &[DVec3], samples: &[usize]) -> Option<f64> {
-        let known = &self.faces[face];
+        let (known, samples_of_face) = (&self.faces[face], &self.samples[face]);
         let basis = &self.bases[usize::from(corners.len() == 3)];
         let (len, count) = (basis.len(), samples.len());
         if count < FEWEST * len {
             return None;
         }
-        let channels = known.samples[samples[0]].light.len();
+        let channels = samples_of_face[samples[0]].light.len();
         let (u, v) = (corners[1] - corners[0], corners[corners.len() - 1] - corners[0]);
         let across = [u, v].map(|side| side.cross(known.normal));
         let dual = [across[1] / across[1].dot(u), across[0] / across[0].dot(v)];
@@ -182,7 +208,7 @@ impl Cutting<'_> {
         let mut moments = vec![0.0; len * channels];
         let mut squares = vec![0.0; channels];
         let mut values = vec![0.0; len];
-        for sample in samples.iter().map(|&s| &known.samples[s]) {
+        for sample in samples.iter().map(|&s| &samples_of_face[s]) {
             basis.fill(dual.map(|d| d.dot(sample.point - corners[0])), &mut values);
             for i in 0..len {
                 for k in 0..=i {
@@ -198,8 +224,20 @@ impl Cutting<'_> {
         let taken =
             |channel: usize| forward(&factor, &moments[channel * len..(channel + 1) * len]).iter().map(|c| c * c).sum::<f64>();
         let left: f64 = (0..channels).map(|channel| largest(squares[channel] - taken(channel), 0.0)).sum();
-        Some(left * count as f64 / ((count - len) * channels) as f64)
+        Some(area(corners) * left / ((count - len) * channels) as f64)
     }
+}
+
+/// Places that cover a triangle or a parallelogram evenly, points of the additive recurrence of the plastic number: from one of them on,
+/// until there are enough.
+fn places(corners: &[DVec3], from: usize, enough: f64) -> Vec<DVec3> {
+    let (origin, u, v) = (corners[0], corners[1] - corners[0], corners[corners.len() - 1] - corners[0]);
+    let place = |k: f64| {
+        let [s, t] = STEPS.map(|step| (step * (k + 0.5)).fract());
+        let [s, t] = if corners.len() == 3 && s + t > 1.0 { [1.0 - s, 1.0 - t] } else { [s, t] };
+        origin + u * s + v * t
+    };
+    (from..).map(|k| k as f64).take_while(|&k| k < enough).map(place).collect()
 }
 
 /// Cholesky's factor L of a matrix `L L^T`, row by row, from its lower half (G. H. Golub and C. F. Van Loan 2013, 4.2); `None` if it has

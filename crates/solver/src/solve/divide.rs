@@ -12,7 +12,7 @@ const BULK: f64 = 0.7;
 
 /// The same part where elements are divided by samples and gradients: less, since there the number of elements counts, not of
 /// rounds.
-const OFF_BULK: f64 = 0.6;
+const OFF_BULK: f64 = 0.4;
 
 /// Part of their share that elements are expected to keep when they are divided.
 const LEFT_BY_CHILDREN: f64 = 0.3;
@@ -22,7 +22,7 @@ const AIMED_BELOW: f64 = 0.95;
 
 /// The part of the least that is divided from which on reflected light by itself asks for finer gathers: these cost time, but no
 /// elements where direct light has divided already.
-const REFLECTED_PART: f64 = 0.02;
+const REFLECTED_PART: f64 = 0.005;
 
 impl Solution {
     /// Divides what leaves out most.

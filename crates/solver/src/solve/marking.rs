@@ -5,11 +5,12 @@
 //! what its basis leaves out. Dividing the largest of these is what an equidistributed error asks for; what a division gains is
 //! nearly all of it.
 //!
-//! That mean square is estimated twice, and the larger counts. The samples at the nodes have a part of the next degree, and one
-//! beyond ([`crate::mesh::basis`]). The gradient adds what the light does between them (N. Holzschuch and F. X. Sillion 1995, 3.2):
-//! along each edge the cubic through exact values and gradients of its ends leaves the polynomials of the basis' degree by a
-//! mean square in closed form, so that neither is built ([`beyond`]). Those of a square's two directions add up, of a triangle's
-//! three edges the mean counts: for quadratic light on linear elements that is exact on squares, and 5/6 to 4/3 of it on
+//! That mean square is estimated twice, and the mean of both counts: the larger alone marks those elements first where one of them happens
+//! to have met the edge of a shadow. The samples at the nodes have a part of the next degree, and one beyond ([`crate::mesh::basis`]). The
+//! gradient adds what the light does between them (N. Holzschuch and F. X. Sillion 1995, 3.2): along each edge the cubic through exact
+//! values and gradients of its ends leaves the polynomials of the basis' degree by a mean square in closed form, so that neither is built
+//! ([`beyond`]). Those of a square's two directions add up, of a triangle's three edges the mean counts: for quadratic light on linear
+//! elements that is exact on squares, and 5/6 to 4/3 of it on
 //! triangles. From degree 3 on a cubic says nothing, and the nodes decide. Corners are moved inward, those of a square to its
 //! four Gauss nodes: at an edge between two faces gradients are infinite, and there a cubic through the corners says nothing.
 //!
@@ -18,7 +19,6 @@
 //! above the size of texels takes it away, and [`Solution::textured_on`] has it.
 
 use radgrad_core::DVec3;
-use radgrad_scene::largest;
 
 use crate::error::Error;
 use crate::field::Field;
@@ -77,7 +77,7 @@ impl Solution {
             let by_gradient = if light.corners.is_empty() { 0.0 } else { part * lines.iter().map(of_line).sum::<f64>() };
             let excess = basis.excess(&light.nodes[channel]);
             let by_nodes = excess.next.powi(2) + excess.spread.powi(2);
-            let off = rho * rho * largest(by_gradient, by_nodes);
+            let off = rho * rho * if light.corners.is_empty() { by_nodes } else { 0.5 * (by_gradient + by_nodes) };
             if off > 0.0 { off / self.mean()[channel].powi(2) } else { 0.0 }
         };
         self.surfaces.reflectance[element.face()].iter().enumerate().map(of_channel).sum()

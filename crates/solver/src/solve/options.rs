@@ -14,8 +14,8 @@ pub enum Marking {
     /// What their residual adds to the bound on gathers: the quickest way to a bound.
     #[default]
     Residual,
-    /// What their polynomials are off by in the mean square, by samples and gradients of exact gathers: the fewest elements for a
-    /// given error of the polynomials.
+    /// What their polynomials are off by in the mean square, by samples and gradients of exact gathers: few elements for a given error of the
+    /// polynomials. Faces are first cut into parallelograms about as long as wide.
     Gradient,
     /// The same on faces that are cut beforehand where polynomials then fit the light best: along the lines where the edges of lamps and of
     /// what hides them throw their shadows, and in two where light changes in one direction.

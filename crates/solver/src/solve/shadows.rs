@@ -1,27 +1,27 @@
 //! The mesh that is cut along shadow lines: a rough solution says what light there is, and the faces are cut where polynomials then fit
 //! it best ([`crate::mesh::partition`]).
 //!
-//! Of lamps kept apart the light at samples is exact, shadows and all; what is reflected is that of the rough solution. Without such
-//! lamps there are no shadow lines, and where faces are a thousand or more these are small already: nothing is cut then.
+//! At samples it is gathered: of lamps kept apart the light is exact, shadows and all, and what is reflected is gathered of the rough
+//! solution. Without such lamps there are no shadow lines, and where faces are a thousand or more these are small already: nothing is cut
+//! then.
 
 use std::time::Duration;
 
 use radgrad_core::DVec3;
 use radgrad_scene::Prepared;
+use rayon::prelude::*;
 
 use crate::clock::Clock;
 use crate::error::Error;
-use crate::field::gathering::irradiance;
-use crate::links::cluster::sampled::STEPS;
 use crate::links::linking::Linking;
+use crate::mesh::outline::Cut;
 use crate::mesh::partition::{Known, Sample, partition};
 use crate::mesh::shadow::{Scenery, lines};
-use crate::mesh::shape::Shape;
 use crate::mesh::{Mesh, Sight};
 use crate::solve::dark;
 use crate::solve::options::{Marking, Options};
 use crate::solve::served::Served;
-use crate::solve::solution::{Solution, for_each};
+use crate::solve::solution::{Solution, ratio};
 
 /// Elements of the rough solution, their degree and what links may neglect.
 const ROUGH: usize = 150;
@@ -30,9 +30,6 @@ const ERROR: f64 = 0.05;
 
 /// Part of the time that it may take.
 const PART_OF_TIME: f64 = 0.2;
-
-/// Samples, over all faces together.
-const SAMPLES: f64 = 30_000.0;
 
 /// Parts of all faces, at most: all of them are linked with each other.
 const MOST_PARTS: usize = 400;
@@ -64,47 +61,24 @@ pub(super) fn mesh(ready: &Prepared, options: &Options, degree: usize) -> Result
     if solution.lamps.is_empty() {
         return Ok(whole);
     }
-    let faces = solution.known()?;
-    let parts = partition(&faces, whole.bases(), MOST_PARTS.min(options.most_elements), options.error);
-    Mesh::of_parts(&ready.scene, degree, &parts)
+    let faces: Vec<Known> = (0..solution.mesh.polygons().len()).map(|face| solution.known(face)).collect();
+    let most = MOST_PARTS.min(options.most_elements);
+    let light = |face: usize, places: &[DVec3]| places.par_iter().map(|&place| solution.sample(face, place)).collect();
+    let parts = partition(&faces, whole.bases(), (most, options.error), &light)?;
+    Mesh::cut(&ready.scene, degree, Cut::Parts(&parts))
 }
 
 impl Solution {
-    /// Every face with its shadow lines and with samples of its radiosity, over the mean of each channel.
-    fn known(&self) -> Result<Vec<Known>, Error> {
-        let reflected = self.reflected_polynomials();
-        (0..self.mesh.polygons().len()).map(|face| self.known_of(face, &reflected)).collect()
-    }
-
-    /// Coefficients of reflected irradiance on receivers, in each channel.
-    fn reflected_polynomials(&self) -> Vec<Vec<Vec<f64>>> {
-        let of = |receiver: usize| {
-            let basis = self.mesh.basis(receiver);
-            let at_nodes = |channel| {
-                irradiance(&self.mesh, &self.field, &self.links[receiver], &self.far[receiver], channel, basis.nodes().len())
-            };
-            (0..self.channels.len()).map(|channel| basis.project(&at_nodes(channel))).collect()
-        };
-        (0..self.mesh.elements().len()).map(|e| if self.gathers(e) { of(e) } else { Vec::new() }).collect()
-    }
-
-    fn known_of(&self, face: usize, reflected: &[Vec<Vec<f64>>]) -> Result<Known, Error> {
-        let (mesh, polygon) = (&self.mesh, &self.mesh.polygons()[face]);
+    /// A face with its shadow lines.
+    fn known(&self, face: usize) -> Known {
+        let (mesh, normal) = (&self.mesh, self.mesh.polygons()[face].normal());
         let roots: Vec<usize> = mesh.roots().iter().copied().filter(|&root| mesh.elements()[root].face() == face).collect();
         let parts = roots.iter().map(|&root| mesh.elements()[root].polygon().vertices().to_vec()).collect();
-        let mut known = Known { normal: polygon.normal(), parts, lines: Vec::new(), samples: Vec::new() };
         let lamps: Vec<usize> = self.lamps.roots().iter().map(|&root| mesh.elements()[root].face()).collect();
-        if lamps.contains(&face) {
-            return Ok(known);
-        }
+        let stays = lamps.contains(&face);
         let scenery = Scenery { polygons: mesh.polygons(), index: mesh.index(), lamps: &lamps };
-        known.lines = lines(&scenery, face, mesh.convex_parts(face), &self.between(&roots));
-        for &root in &roots {
-            let points: Vec<DVec3> = self.places(root);
-            let indices: Vec<usize> = (0..points.len()).collect();
-            known.samples.extend(for_each(&indices, |index| self.sample(face, points[index], reflected))?);
-        }
-        Ok(known)
+        let lines = if stays { Vec::new() } else { lines(&scenery, face, mesh.convex_parts(face), &self.between(&roots)) };
+        Known { normal, parts, lines, stays }
     }
 
     /// For each lamp's root, the faces that may hide it from some elements.
@@ -119,36 +93,12 @@ impl Solution {
         (0..self.lamps.roots().len()).map(of_lamp).collect()
     }
 
-    /// Places that cover an element evenly: the first points of the additive recurrence of the plastic number.
-    fn places(&self, root: usize) -> Vec<DVec3> {
-        let element = &self.mesh.elements()[root];
-        let count = (SAMPLES * element.area() / self.mesh.area()).ceil();
-        let mut places = Vec::new();
-        let mut k = 0.5;
-        while k < count {
-            let [a, b] = STEPS.map(|step| (step * k).fract());
-            let folded = element.shape() == Shape::Triangle && a + b > 1.0;
-            places.push(element.point(if folded { [1.0 - a, 1.0 - b] } else { [a, b] }));
-            k += 1.0;
-        }
-        places
-    }
-
     /// Radiosity at a point of a face, over the mean of each channel: 0 in one without light.
-    fn sample(&self, face: usize, point: DVec3, reflected: &[Vec<Vec<f64>>]) -> Result<Sample, Error> {
-        let mut light = vec![0.0; self.channels.len()];
-        if let Some(leaf) = self.mesh.leaf_at(face, point) {
-            light = self.direct_at(leaf, point)?;
-            let receiver = self.receiver_of(leaf);
-            let values = self.mesh.basis(receiver).values(self.mesh.elements()[receiver].reference(point));
-            for (light, of_channel) in light.iter_mut().zip(&reflected[receiver]) {
-                *light += of_channel.iter().zip(&values).map(|(c, v)| c * v).sum::<f64>();
-            }
-        }
-        let rho = &self.surfaces.reflectance[face];
-        for (light, (rho, mean)) in light.iter_mut().zip(rho.iter().zip(&self.mean)) {
-            *light = if *mean == 0.0 { 0.0 } else { *light * rho / mean };
-        }
-        Ok(Sample { point, light })
+    fn sample(&self, face: usize, point: DVec3) -> Result<Sample, Error> {
+        let light = match self.mesh.leaf_at(face, point) {
+            Some(leaf) => self.radiosity_on(leaf, point)?,
+            None => vec![0.0; self.channels.len()],
+        };
+        Ok(Sample { point, light: light.iter().zip(&self.mean).map(|(&light, &mean)| ratio(light, mean)).collect() })
     }
 }

@@ -1,0 +1,251 @@
+//! Gradients at the points of scenes, as `radgrad solve --points` finds them by default, against exact slopes or central differences of a
+//! finer solution that serves these points.
+//!
+//! No bound is stated of them, so that nothing is broken or held here: the figures are the error over the length of the true gradient, and
+//! the estimate over the error. Differences share the solver's gathers but not its gradients; slopes of two rectangles that face each other
+//! share nothing ([`radgrad_oracle::scene::known`]). Of points where light is even nothing is asked. A truth is **rough** where the finer
+//! solution does not know the gradient well itself by its estimate, or differences by two steps are not the same: a kink has no gradient.
+
+use std::collections::BTreeMap;
+use std::io::Write;
+use std::time::Duration;
+
+use glam::DVec3;
+use radgrad_solver::{GradientRounds, Options, Solution, solve, solve_for};
+
+use super::family::{Family, Name};
+use super::model::{Exact, Model};
+use super::table::median;
+
+/// The part of its length that a gradient is asked to be known to.
+pub const WITHIN: f64 = 0.01;
+
+/// Time for an answer, and for a truth.
+const TIME: Duration = Duration::from_secs(20);
+
+/// Error asked of a truth, and the part of its length that the estimate of a true gradient is within where it is not rough.
+const TRUE: f64 = 1e-5;
+const ROUGH: f64 = 0.5 * WITHIN;
+
+/// Steps of differences over the extent of the scene, and what the differences by the two may be apart, over their length.
+const STEPS: [f64; 2] = [1e-5, 2e-5];
+const SMOOTH: f64 = 0.1 * WITHIN;
+
+/// The gradient times the extent over the irradiance below which light is even.
+const EVEN: f64 = 1e-3;
+
+/// A gradient of the irradiance at a probe in a channel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Slope {
+    /// Index of the probe.
+    pub probe: usize,
+    /// Channel.
+    pub channel: usize,
+    /// As it is stated.
+    pub gradient: DVec3,
+    /// The estimate of the length of its error.
+    pub estimate: f64,
+    /// The truth.
+    pub truth: DVec3,
+}
+
+impl Slope {
+    /// Length of the error over that of the truth.
+    #[must_use]
+    pub fn error(&self) -> f64 {
+        (self.gradient - self.truth).length() / self.truth.length()
+    }
+
+    /// The estimate over the error.
+    #[must_use]
+    pub fn estimate_over_error(&self) -> f64 {
+        self.estimate / (self.gradient - self.truth).length()
+    }
+}
+
+/// The gradients at the probes of a scene where light is not even, and how many have a truth that is too rough.
+///
+/// # Errors
+/// If the solver refuses the scene or a point: why.
+pub fn of(model: &Model) -> Result<(Vec<Slope>, u64), String> {
+    let scene = model.scene().map_err(|error| error.to_string())?;
+    let asked = model.asked().map_err(|error| error.to_string())?;
+    let (low, high) = scene.bounds().ok_or("no faces")?;
+    let extent = (high - low).length();
+    let options = Options { time: Some(TIME), ..Options::default() };
+    let mut rounds = GradientRounds::new(&asked, WITHIN, options.error, TIME);
+    let beyond = Options { error: rounds.error(), ..options };
+    let stated = solve(&scene, &beyond, |solution| rounds.next(solution)).map_err(|error| error.to_string())?;
+    let finer = match &model.exact {
+        Exact::Nothing => solve_for(&scene, &Options { error: TRUE, ..options }, &[], &asked, |_| true).map(Some),
+        Exact::Even(_) | Exact::Facing(_) => Ok(None),
+    };
+    let finer = finer.map_err(|error| error.to_string())?;
+    let (mut slopes, mut rough) = (Vec::new(), 0);
+    for (probe, &(at, normal)) in asked.iter().enumerate() {
+        let found = stated.gradient(at, normal).map_err(|error| error.to_string())?.irradiance;
+        let irradiance = stated.gather(at, normal).map_err(|error| error.to_string())?.irradiance.irradiance;
+        let truths = match (&model.exact, &finer) {
+            (Exact::Facing(rectangles), _) => {
+                let place = &model.probes[probe];
+                let [x, y] = rectangles.slope(place.part, [place.position.x, place.position.y]);
+                vec![Some(DVec3::new(x, y, 0.0))]
+            }
+            (_, Some(finer)) => differences(finer, (at, normal), extent)?,
+            _ => continue,
+        };
+        for (channel, truth) in truths.into_iter().enumerate() {
+            match truth {
+                None => rough += 1,
+                Some(truth) if truth.length() * extent <= EVEN * irradiance[channel] => {}
+                Some(truth) => {
+                    let (gradient, estimate) = (found.gradient[channel], found.estimate[channel]);
+                    slopes.push(Slope { probe, channel, gradient, estimate, truth });
+                }
+            }
+        }
+    }
+    Ok((slopes, rough))
+}
+
+/// In each channel the central differences of a solution's irradiance at a point by the shorter step; none where they are rough.
+fn differences(solution: &Solution, (at, normal): (DVec3, DVec3), extent: f64) -> Result<Vec<Option<DVec3>>, String> {
+    let known = solution.gradient(at, normal).map_err(|error| error.to_string())?.irradiance;
+    let u = normal.any_orthonormal_vector();
+    let gather = |place: DVec3| solution.gather(place, normal).map(|found| found.irradiance.irradiance);
+    let mut by_step = Vec::new();
+    for step in STEPS {
+        let mut sums = vec![DVec3::ZERO; known.gradient.len()];
+        for way in [u, normal.cross(u)].map(|way| way * (step * extent)) {
+            // Beyond the edge of a face there is nothing to see.
+            let (Ok(after), Ok(before)) = (gather(at + way), gather(at - way)) else { return Ok(vec![None; sums.len()]) };
+            let rise = after.iter().zip(before).map(|(after, before)| (after - before) / (2.0 * way.length_squared()));
+            sums.iter_mut().zip(rise).for_each(|(sum, rise)| *sum += way * rise);
+        }
+        by_step.push(sums);
+    }
+    let truth = |channel: usize| {
+        let [near, far] = [&by_step[0], &by_step[1]].map(|sums| sums[channel]);
+        let is_known = known.estimate[channel] <= ROUGH * near.length() && (near - far).length() <= SMOOTH * near.length();
+        // Even light is known to be even without that.
+        let is_even = (near.length() + known.estimate[channel]) * extent <= EVEN * solution.mean()[channel];
+        (is_known || is_even).then_some(near)
+    };
+    Ok((0..known.gradient.len()).map(truth).collect())
+}
+
+/// The gradients of a family.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Row {
+    /// Scenes.
+    pub scenes: u64,
+    /// Scenes that were refused.
+    pub refused: u64,
+    /// Gradients whose truth is too rough.
+    pub rough: u64,
+    /// Errors over the lengths of true gradients.
+    pub errors: Vec<f64>,
+    /// Estimates over errors.
+    pub estimates: Vec<f64>,
+}
+
+impl Row {
+    /// The gradients that are within [`WITHIN`].
+    #[must_use]
+    pub fn within(&self) -> usize {
+        self.errors.iter().filter(|error| **error <= WITHIN).count()
+    }
+}
+
+/// The gradients of many scenes.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Gradients {
+    /// By family.
+    pub rows: BTreeMap<Family, Row>,
+    /// Those that are not within [`WITHIN`].
+    pub beyond: Vec<(Name, Slope)>,
+}
+
+impl Gradients {
+    /// Of so many scenes, shared among the families. `done` is called after each.
+    pub fn of(families: &[Family], scenes: u64, seed: u64, done: impl Fn(Name)) -> Self {
+        let each = scenes.div_ceil(families.len().max(1) as u64);
+        let mut all = Self::default();
+        for name in (0..each).flat_map(|index| families.iter().map(move |&family| Name { family, seed, index })) {
+            let row = all.rows.entry(name.family).or_default();
+            row.scenes += 1;
+            match of(&name.model()) {
+                Ok((slopes, rough)) => {
+                    row.rough += rough;
+                    row.errors.extend(slopes.iter().map(Slope::error));
+                    row.estimates.extend(slopes.iter().map(Slope::estimate_over_error));
+                    all.beyond.extend(slopes.iter().filter(|slope| slope.error() > WITHIN).map(|&slope| (name, slope)));
+                }
+                Err(_) => row.refused += 1,
+            }
+            done(name);
+        }
+        all
+    }
+
+    /// The gradients that have a truth.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.rows.values().map(|row| row.errors.len()).sum()
+    }
+
+    /// The share of these that is within [`WITHIN`].
+    #[must_use]
+    pub fn share_within(&self) -> f64 {
+        self.rows.values().map(Row::within).sum::<usize>() as f64 / self.count() as f64
+    }
+
+    /// The median of estimates over errors.
+    #[must_use]
+    pub fn median_estimate(&self) -> Option<f64> {
+        median(&self.rows.values().flat_map(|row| row.estimates.iter().copied()).collect::<Vec<_>>())
+    }
+
+    /// The rows as CSV.
+    ///
+    /// # Errors
+    /// If it cannot be written.
+    pub fn write(&self, out: impl Write) -> Result<(), csv::Error> {
+        let mut table = csv::Writer::from_writer(out);
+        table.write_record(HEADER)?;
+        for (family, row) in &self.rows {
+            table.write_record(row.cells(*family))?;
+        }
+        table.flush()?;
+        Ok(())
+    }
+}
+
+/// Columns of the table.
+pub const HEADER: [&str; 8] =
+    ["family", "scenes", "refused", "rough", "gradients", "within_1_percent", "median_error", "median_estimate_over_error"];
+
+impl Row {
+    /// As a row of the table.
+    #[must_use]
+    pub fn cells(&self, family: Family) -> Vec<String> {
+        let counts = [self.scenes, self.refused, self.rough].map(|count| count.to_string());
+        let judged = [self.errors.len(), self.within()].map(|count| count.to_string());
+        let figures =
+            [&self.errors, &self.estimates].map(|values| median(values).map_or_else(String::new, |m| format!("{m:.1e}")));
+        [family.name().to_owned()].into_iter().chain(counts).chain(judged).chain(figures).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn gradients_between_rectangles_are_their_exact_slopes() {
+        let all = Gradients::of(&[Family::Facing, Family::Strips], 6, 3, |_| ());
+        assert!(all.count() >= 12, "{:?}", all.rows);
+        let worst = all.rows.values().flat_map(|row| &row.errors).copied().fold(0.0, f64::max);
+        assert!(worst <= 1e-3, "{worst}");
+    }
+}
