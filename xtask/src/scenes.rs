@@ -160,7 +160,13 @@ pub(crate) fn gradients(scenes: u64, arguments: &Arguments, gates: &Gates) -> Re
         printed.add_row(row.cells(*family));
     });
     let (count, share, requirement) = (found.count(), found.share_within(), gates.scenes());
-    println!("{count} gradients, seed {}: {:.1} % within 1 %\n{}", arguments.seed, 100.0 * share, fitted(right_aligned(printed)));
+    println!(
+        "{count} gradients, seed {}: {:.1} % within 1 %, estimate over error {:.1} in the median\n{}",
+        arguments.seed,
+        100.0 * share,
+        found.median_estimate().unwrap_or(f64::NAN),
+        fitted(right_aligned(printed))
+    );
     for (name, slope) in &found.beyond {
         let (error, estimate) = (100.0 * slope.error(), slope.estimate_over_error());
         println!(

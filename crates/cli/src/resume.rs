@@ -1,8 +1,8 @@
 //! A run that can be taken up again: which elements were divided, written after every round.
 //!
 //! The file is one JSON object, `{"scene": "..", "divisions": [..]}`, with `"squares": true` where faces were first cut into squares, as
-//! `--divide gradient` does. The scene's fingerprint is over all that the solution depends on, so that a file is not taken for another scene's. Links and radiosities follow from the mesh and are computed anew, in one
-//! round instead of all those before.
+//! `--divide gradient` does. The scene's fingerprint is over all that the solution depends on, so that a file is not taken for another
+//! scene's. Links and radiosities follow from the mesh and are computed anew, in one round instead of all those before.
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};

@@ -2,9 +2,10 @@
 //!
 //! The light on a part is known at samples; each part gets its own before cuts of it are judged. What polynomials leave out of it is the
 //! part's area times the mean square of what the least squares fit leaves. One part after another is cut, always the one whose best cut
-//! takes most of that away for each element that it adds. Cuts are along the shadow lines that cross a part ([`crate::mesh::shadow`]), in two through the middle, and in four as
-//! refinement does. So a line cuts elements as far as it counts for the light there, elements across which light changes little
-//! in one direction stay long in that, and of the hundreds of lines of a scene none is taken that gains less than another cut does.
+//! takes most of that away for each element that it adds. Cuts are along the shadow lines that cross a part ([`crate::mesh::shadow`]), in
+//! two through the middle, and in four as refinement does. So a line cuts elements as far as it counts for the light there, elements across
+//! which light changes little in one direction stay long in that, and of the hundreds of lines of a scene none is taken that gains less than
+//! another cut does.
 
 use radgrad_core::DVec3;
 use radgrad_scene::largest;
@@ -56,8 +57,8 @@ pub(crate) struct Known {
     pub(crate) stays: bool,
 }
 
-/// The light at places of a face.
-pub(crate) type Light<'a> = dyn Fn(usize, &[DVec3]) -> Result<Vec<Sample>, Error> + Sync + 'a;
+/// The light at places of a face; nothing when there is no time for more.
+pub(crate) type Light<'a> = dyn Fn(usize, &[DVec3]) -> Result<Option<Vec<Sample>>, Error> + Sync + 'a;
 
 /// A triangle or a parallelogram, with the samples in it.
 #[derive(Debug, Clone)]
@@ -71,7 +72,7 @@ struct Part {
     best: Option<(f64, Vec<Self>)>,
 }
 
-/// The parts of each face, at most `most` together, or until the root mean square left is `error`.
+/// The parts of each face, at most `most` together, until the root mean square left is `error`, or as long as there is time.
 pub(crate) fn partition(
     faces: &[Known],
     bases: &[Basis; 2],
@@ -122,7 +123,7 @@ impl Cutting<'_> {
         }
         let of_face = &mut self.samples[part.face];
         let enough = largest(ENOUGH, self.density * area(&part.corners));
-        let more = (self.light)(part.face, &places(&part.corners, part.samples.len(), enough))?;
+        let Some(more) = (self.light)(part.face, &places(&part.corners, part.samples.len(), enough))? else { return Ok(part) };
         part.samples.extend(of_face.len()..of_face.len() + more.len());
         of_face.extend(more);
         part.left = self.left(part.face, &part.corners, &part.samples).unwrap_or(0.0);

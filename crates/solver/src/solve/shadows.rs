@@ -18,18 +18,19 @@ use crate::mesh::outline::Cut;
 use crate::mesh::partition::{Known, Sample, partition};
 use crate::mesh::shadow::{Scenery, lines};
 use crate::mesh::{Mesh, Sight};
-use crate::solve::dark;
 use crate::solve::options::{Marking, Options};
 use crate::solve::served::Served;
 use crate::solve::solution::{Solution, ratio};
+use crate::solve::{dark, divide_evenly};
 
 /// Elements of the rough solution, their degree and what links may neglect.
 const ROUGH: usize = 150;
 const DEGREE: usize = 2;
 const ERROR: f64 = 0.05;
 
-/// Part of the time that it may take.
+/// Parts of the time that the rough solution may take, and after which nothing more is cut.
 const PART_OF_TIME: f64 = 0.2;
+const CUTS: f64 = 0.4;
 
 /// Parts of all faces, at most: all of them are linked with each other.
 const MOST_PARTS: usize = 400;
@@ -37,9 +38,10 @@ const MOST_PARTS: usize = 400;
 /// The mesh with bases of a degree, cut for the error asked for.
 pub(super) fn mesh(ready: &Prepared, options: &Options, degree: usize) -> Result<Mesh, Error> {
     let whole = Mesh::new(&ready.scene, degree)?;
-    if whole.clusters().root().is_some() {
+    if whole.clusters().root().is_some() || whole.roots().len() >= MOST_PARTS {
         return Ok(whole);
     }
+    let started = Clock::started();
     let time = options.time.map(|time| time.mul_f64(PART_OF_TIME));
     let rough = Options {
         error: ERROR,
@@ -52,10 +54,7 @@ pub(super) fn mesh(ready: &Prepared, options: &Options, degree: usize) -> Result
         ..*options
     };
     let mut first = Mesh::new(&ready.scene, DEGREE)?;
-    while !first.roots().is_empty() && first.leaves().count() < ROUGH {
-        let leaves: Vec<usize> = first.leaves().collect();
-        leaves.into_iter().try_for_each(|leaf| first.divide(leaf))?;
-    }
+    divide_evenly(&mut first, ROUGH)?;
     let mut solution = dark(ready, &rough, (first, Served::default()), Clock::started())?;
     solution.round(&rough, Duration::ZERO)?;
     if solution.lamps.is_empty() {
@@ -63,7 +62,11 @@ pub(super) fn mesh(ready: &Prepared, options: &Options, degree: usize) -> Result
     }
     let faces: Vec<Known> = (0..solution.mesh.polygons().len()).map(|face| solution.known(face)).collect();
     let most = MOST_PARTS.min(options.most_elements);
-    let light = |face: usize, places: &[DVec3]| places.par_iter().map(|&place| solution.sample(face, place)).collect();
+    let is_late = || options.time.is_some_and(|time| started.elapsed() > time.mul_f64(CUTS));
+    let light = |face: usize, places: &[DVec3]| {
+        let samples = places.par_iter().map(|&place| solution.sample(face, place));
+        if is_late() { Ok(None) } else { samples.collect::<Result<_, Error>>().map(Some) }
+    };
     let parts = partition(&faces, whole.bases(), (most, options.error), &light)?;
     Mesh::cut(&ready.scene, degree, Cut::Parts(&parts))
 }

@@ -50,7 +50,7 @@ fn a_furnace_glows_evenly() {
     let quads: Vec<Quad> = [FLOOR, CEILING].into_iter().chain(SIDES).collect();
     let rho = [0.9, 0.1, 0.5, 0.3, 0.7, 0.2];
     let faces: Vec<_> = quads.into_iter().zip(rho).map(|(quad, rho)| (quad, rho, 1.0 - rho)).collect();
-    for degree in 0..=3 {
+    for degree in [0, 3] {
         let solution = solved(&faces, &Options { degree: Some(degree), ..Options::default() });
         for point in [[0.5, 0.5, 0.0], [0.01, 0.02, 0.0], [0.999, 0.3, 0.0]] {
             let (value, _) = checked(&solution, point, [0.0, 0.0, 1.0], 1.0);

@@ -21,8 +21,7 @@ pub(super) fn leaves(solution: &Solution, element: usize) -> Vec<usize> {
 fn what_a_link_neglects_is_within_its_bound() {
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/scenes/cornell.obj");
     let scene = Scene::read(file, Degenerate::Refuse).unwrap();
-    let options =
-        Options { error: 0.05, first_elements: 1, most_elements: 150, marking: Marking::Gradient, ..Options::default() };
+    let options = Options { error: 0.05, first_elements: 1, most_elements: 80, marking: Marking::Gradient, ..Options::default() };
     let solution = solve(&scene, &options, |_| true).unwrap();
     let (mesh, field, optics) = (&solution.mesh, &solution.field, solution.optics());
     let (mut count, mut worst) = (0, 0.0_f64);
