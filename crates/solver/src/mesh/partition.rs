@@ -12,9 +12,9 @@ use radgrad_scene::largest;
 use rayon::prelude::*;
 
 use crate::error::Error;
-use crate::links::cluster::sampled::STEPS;
 use crate::mesh::basis::Basis;
 use crate::mesh::contact::{halves, inside};
+use crate::mesh::rule::STEPS;
 use crate::mesh::shape::{Shape, in_parent, is_parallelogram};
 
 /// Fraction of a part's size within which corners are on a line.

@@ -8,6 +8,9 @@ use radgrad_scene::gauss_legendre;
 
 use crate::mesh::shape::Shape;
 
+/// One over the plastic number, and over its square: steps of a sequence that fills the square evenly (M. Roberts 2018).
+pub(crate) const STEPS: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
+
 /// A node in reference coordinates and its weight.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Node {

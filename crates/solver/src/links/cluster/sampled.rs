@@ -16,6 +16,7 @@ use crate::links::cluster::glow::Glow;
 use crate::links::cluster::view::View;
 use crate::links::station::Station;
 use crate::links::transfer::Optics;
+use crate::mesh::rule::STEPS;
 
 /// Rays from a node, at least and at most; and those from a point that is asked for.
 pub(crate) const FEWEST_RAYS: usize = 8;
@@ -24,9 +25,6 @@ pub(crate) const RAYS_OF_A_POINT: usize = 512;
 
 /// Deviation of the visible kernel over a cluster, by its mean: 1 where half of the cluster is seen.
 const UNEVEN: f64 = 1.0;
-
-/// One over the plastic number, and over its square: steps of a sequence that fills the square evenly (M. Roberts 2018).
-pub(crate) const STEPS: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
 
 /// A point's view of a cluster: what is proven, and what is estimated.
 #[derive(Debug, Clone, Copy, Default)]
