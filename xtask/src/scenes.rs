@@ -179,6 +179,13 @@ pub(crate) fn gradients(scenes: u64, arguments: &Arguments, gates: &Gates) -> Re
     record.note("within_1_percent", format!("{share:.4}"));
     record.note("seconds", format!("{:.0}", start.elapsed().as_secs_f64()));
     let command = "cargo xtask verify --gradients";
+    for (name, why) in &found.failed {
+        record.violated(format_args!("gradients: {name} has no answer: {why}"), &format!("cargo xtask replay {name}"));
+    }
+    if found.share_judged() < requirement.least_judged {
+        let (part, least) = (100.0 * found.share_judged(), 100.0 * requirement.least_judged);
+        record.violated(format_args!("gradients: {part:.0} % were judged, the gate is {least:.0} %"), command);
+    }
     // Of no gradients there is no share.
     if share.is_nan() || share < requirement.least_gradients {
         let least = 100.0 * requirement.least_gradients;

@@ -14,7 +14,7 @@ use glam::DVec3;
 use radgrad_solver::{GradientRounds, Options, Solution, solve, solve_for};
 
 use super::family::{Family, Name};
-use super::model::{Exact, Model, Part, Probe};
+use super::model::{Exact, Expected, Model, Part, Probe};
 use super::table::median;
 
 /// The part of its length that a gradient is asked to be known to.
@@ -187,6 +187,8 @@ pub struct Gradients {
     pub rows: BTreeMap<Family, Row>,
     /// Those that are not within [`WITHIN`].
     pub beyond: Vec<(Name, Slope)>,
+    /// Scenes that must have an answer and have none, and why.
+    pub failed: Vec<(Name, String)>,
 }
 
 impl Gradients {
@@ -206,7 +208,12 @@ impl Gradients {
                     row.estimates.extend(slopes.iter().map(Slope::estimate_over_error));
                     all.beyond.extend(slopes.iter().filter(|slope| slope.error() > WITHIN).map(|&slope| (name, slope)));
                 }
-                Err(_) => row.refused += 1,
+                Err(why) => {
+                    row.refused += 1;
+                    if model.expected == Expected::Answer {
+                        all.failed.push((name, why));
+                    }
+                }
             }
             done(name);
         }
@@ -219,7 +226,14 @@ impl Gradients {
         self.rows.values().map(|row| row.errors.len()).sum()
     }
 
-    /// The share of these that is within [`WITHIN`].
+    /// The share of all gradients that have a truth, where light is not even.
+    #[must_use]
+    pub fn share_judged(&self) -> f64 {
+        let rough: u64 = self.rows.values().map(|row| row.rough).sum();
+        self.count() as f64 / (self.count() as f64 + rough as f64)
+    }
+
+    /// The share of those with a truth that is within [`WITHIN`].
     #[must_use]
     pub fn share_within(&self) -> f64 {
         self.rows.values().map(Row::within).sum::<usize>() as f64 / self.count() as f64
