@@ -191,8 +191,7 @@ pub(crate) fn gradients(scenes: u64, arguments: &Arguments, gates: &Gates) -> Re
         let least = 100.0 * requirement.least_gradients;
         record.violated(format_args!("gradients: {:.1} % are within 1 %, the gate is {least:.0} %", 100.0 * share), command);
     }
-    if found.median_estimate().is_none_or(|median| median > requirement.most_gradient_estimate) {
-        let median = found.median_estimate().unwrap_or(f64::NAN);
+    if let Some(median) = found.median_estimate().filter(|median| *median > requirement.most_gradient_estimate) {
         let most = requirement.most_gradient_estimate;
         record
             .violated(format_args!("gradients: the median of estimates over errors is {median:.1}, the gate is {most}"), command);

@@ -37,6 +37,9 @@ const MORE: usize = 9;
 /// The gradient times the extent over the irradiance below which light is even.
 const EVEN: f64 = 1e-3;
 
+/// The error over the length below which an estimate is held against nothing: it knows rounding only to a bound.
+const EXACT: f64 = 1e-6;
+
 /// A gradient of the irradiance at a probe in a channel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Slope {
@@ -168,7 +171,7 @@ pub struct Row {
     pub rough: u64,
     /// Errors over the lengths of true gradients.
     pub errors: Vec<f64>,
-    /// Estimates over errors.
+    /// Estimates over errors, of gradients that are not exact.
     pub estimates: Vec<f64>,
 }
 
@@ -205,7 +208,8 @@ impl Gradients {
                 Ok((slopes, rough)) => {
                     row.rough += rough;
                     row.errors.extend(slopes.iter().map(Slope::error));
-                    row.estimates.extend(slopes.iter().map(Slope::estimate_over_error));
+                    let off = slopes.iter().filter(|slope| slope.error() > EXACT);
+                    row.estimates.extend(off.map(Slope::estimate_over_error));
                     all.beyond.extend(slopes.iter().filter(|slope| slope.error() > WITHIN).map(|&slope| (name, slope)));
                 }
                 Err(why) => {
