@@ -28,7 +28,7 @@ pub(crate) struct Request {
     #[arg(long, value_name = "SHARE", value_parser = reflectance)]
     max_reflectance: Option<f64>,
     /// Estimate of the error of the mean radiosity over the mean that is reflected, at most: a percentage or a fraction [default: 0.1%;
-    /// with --points refinement goes on until their gradients are within 1% by their estimates: of all light, to 0.02% or a sixth of
+    /// with --points refinement goes on until their gradients are surely within 1% by their estimates, which are within 0.3% then: of all light, to 0.02% or a sixth of
     /// --seconds, then of what the points see whose gradients are not, to 40% of --seconds]
     #[arg(long, value_parser = fraction)]
     error: Option<f64>,

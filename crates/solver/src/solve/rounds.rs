@@ -23,6 +23,9 @@ const TIME_FOR_POINTS: f64 = 0.4;
 /// Rounds that serve points: where light is even a gradient may be 0, and is never known to a part of that.
 const MOST_SERVICES: usize = 2;
 
+/// The part of what is allowed that an estimate has to be within: some errors are thrice their estimates.
+const SURE: f64 = 0.3;
+
 /// What a caller of [`crate::solve`] answers after each round, so that gradients at some points are known to a part of themselves.
 ///
 /// ```
@@ -102,13 +105,15 @@ impl GradientRounds {
 }
 
 impl Solution {
-    /// Whether the estimate of the error of the gradient of the irradiance at a point is within this part of it, in each channel. Of a point that
+    /// Whether the error of the gradient of the irradiance at a point is surely within this part of it by its estimate, in each channel. Of a point that
     /// is refused nothing more can be known, and the answer is yes.
     fn has_gradient_within(&self, (point, normal): (DVec3, DVec3), part: f64) -> bool {
         let found = match self.is_on_a_face(point) {
             true => self.gradient(point, normal).map(|found| found.irradiance),
             false => self.irradiance_gradient_at(point, normal),
         };
-        found.ok().is_none_or(|found| found.gradient.iter().zip(&found.estimate).all(|(of, off)| *off <= part * of.length()))
+        found
+            .ok()
+            .is_none_or(|found| found.gradient.iter().zip(&found.estimate).all(|(of, off)| *off <= SURE * part * of.length()))
     }
 }
