@@ -28,7 +28,7 @@ pub(crate) struct Request {
     #[arg(long, value_name = "SHARE", value_parser = reflectance)]
     max_reflectance: Option<f64>,
     /// Estimate of the error of the mean radiosity over the mean that is reflected, at most: a percentage or a fraction [default: 0.1%;
-    /// with --points refinement goes on until their gradients are surely within 1% by their estimates, which are within 0.3% then: of all light, to 0.02% or a sixth of
+    /// with --points refinement goes on until the estimates of their gradients' errors are within 0.3%: of all light, to 0.02% or a sixth of
     /// --seconds, then of what the points see whose gradients are not, to 40% of --seconds]
     #[arg(long, value_parser = fraction)]
     error: Option<f64>,
@@ -89,7 +89,7 @@ pub(crate) struct Request {
     view: View,
 }
 
-/// If no error is asked for, refinement goes on for points until the estimates of their gradients' errors are within this part of them.
+/// If no error is asked for, refinement goes on for points until the errors of their gradients are surely within this part of them.
 const GRADIENT: f64 = 0.01;
 
 /// [`Marking`] on the command line.

@@ -15,6 +15,7 @@ use radgrad_scene::{Entry, FactorSettings, FormFactors, largest};
 
 use super::family::{Family, Name};
 use super::model::{Change, Model};
+use super::table::write_rows;
 use super::workers::on_all_cores;
 
 /// Rays from each face.
@@ -107,13 +108,7 @@ impl Brackets {
     /// # Errors
     /// If it cannot be written.
     pub fn write(&self, out: impl Write) -> Result<(), csv::Error> {
-        let mut table = csv::Writer::from_writer(out);
-        table.write_record(HEADER)?;
-        for (family, row) in &self.rows {
-            table.write_record(row.cells(*family))?;
-        }
-        table.flush()?;
-        Ok(())
+        write_rows(out, &HEADER, self.rows.iter().map(|(family, row)| row.cells(*family)))
     }
 }
 

@@ -15,7 +15,7 @@ use radgrad_solver::{GradientRounds, Options, Solution, solve, solve_for};
 
 use super::family::{Family, Name};
 use super::model::{Exact, Expected, Model, Part, Probe};
-use super::table::median;
+use super::table::{median, write_rows};
 
 /// The part of its length that a gradient is asked to be known to.
 pub const WITHIN: f64 = 0.01;
@@ -62,6 +62,12 @@ impl Slope {
         (self.gradient - self.truth).length() / self.truth.length()
     }
 
+    /// Whether the error is within [`WITHIN`]; one that is no number is not.
+    #[must_use]
+    pub fn is_within(&self) -> bool {
+        self.error() <= WITHIN
+    }
+
     /// The estimate over the error.
     #[must_use]
     pub fn estimate_over_error(&self) -> f64 {
@@ -85,25 +91,21 @@ pub fn of(model: &Model) -> Result<(Vec<Slope>, u64), String> {
     let mut rounds = GradientRounds::new(&asked, WITHIN, options.error, TIME);
     let beyond = Options { error: rounds.error(), ..options };
     let stated = solve(&scene, &beyond, |solution| rounds.next(solution)).map_err(|error| error.to_string())?;
-    let finer = match &model.exact {
-        Exact::Nothing => solve_for(&scene, &Options { error: TRUE, ..options }, &[], &asked, |_| true).map(Some),
-        // Nothing else is needed.
-        Exact::Even(_) | Exact::Facing(_) => Ok(None),
+    let truths: Vec<Vec<Option<DVec3>>> = match &model.exact {
+        Exact::Facing(rectangles) => {
+            let exact = rectangles.slopes(&model.probes.iter().map(Probe::on_a_rectangle).collect::<Vec<_>>());
+            exact.into_iter().map(|[x, y]| vec![Some(DVec3::new(x, y, 0.0))]).collect()
+        }
+        Exact::Nothing | Exact::Even(_) => {
+            let finer = solve_for(&scene, &Options { error: TRUE, ..options }, &[], &asked, |_| true);
+            let finer = finer.map_err(|error| error.to_string())?;
+            asked.iter().map(|&point| differences(&finer, point, extent)).collect::<Result<_, String>>()?
+        }
     };
-    let finer = finer.map_err(|error| error.to_string())?;
     let (mut slopes, mut rough) = (Vec::new(), 0);
-    for (probe, &(at, normal)) in asked.iter().enumerate() {
+    for ((probe, &(at, normal)), truths) in asked.iter().enumerate().zip(truths) {
         let found = stated.gradient(at, normal).map_err(|error| error.to_string())?.irradiance;
         let irradiance = stated.gather(at, normal).map_err(|error| error.to_string())?.irradiance.irradiance;
-        let truths = match (&model.exact, &finer) {
-            (Exact::Facing(rectangles), _) => {
-                let place = &model.probes[probe];
-                let [x, y] = rectangles.slope(place.part, [place.position.x, place.position.y]);
-                vec![Some(DVec3::new(x, y, 0.0))]
-            }
-            (_, Some(finer)) => differences(finer, (at, normal), extent)?,
-            _ => continue,
-        };
         for (channel, truth) in truths.into_iter().enumerate() {
             match truth {
                 None => rough += 1,
@@ -210,7 +212,7 @@ impl Gradients {
                     row.errors.extend(slopes.iter().map(Slope::error));
                     let off = slopes.iter().filter(|slope| slope.error() > EXACT);
                     row.estimates.extend(off.map(Slope::estimate_over_error));
-                    all.beyond.extend(slopes.iter().filter(|slope| slope.error() > WITHIN).map(|&slope| (name, slope)));
+                    all.beyond.extend(slopes.iter().filter(|slope| !slope.is_within()).map(|&slope| (name, slope)));
                 }
                 Err(why) => {
                     row.refused += 1;
@@ -254,13 +256,7 @@ impl Gradients {
     /// # Errors
     /// If it cannot be written.
     pub fn write(&self, out: impl Write) -> Result<(), csv::Error> {
-        let mut table = csv::Writer::from_writer(out);
-        table.write_record(HEADER)?;
-        for (family, row) in &self.rows {
-            table.write_record(row.cells(*family))?;
-        }
-        table.flush()?;
-        Ok(())
+        write_rows(out, &HEADER, self.rows.iter().map(|(family, row)| row.cells(*family)))
     }
 }
 
@@ -282,13 +278,15 @@ impl Row {
 
 #[cfg(test)]
 mod tests {
+    use radgrad_scene::largest;
+
     use super::*;
 
     #[test]
     fn gradients_between_rectangles_are_their_exact_slopes() {
         let all = Gradients::of(&[Family::Facing, Family::Strips], 2, 3, |_| ());
         assert!(all.count() >= 16, "{:?}", all.rows);
-        let worst = all.rows.values().flat_map(|row| &row.errors).copied().fold(0.0, f64::max);
+        let worst = all.rows.values().flat_map(|row| &row.errors).copied().fold(0.0, largest);
         assert!(worst <= 1e-3, "{worst}");
     }
 }

@@ -117,6 +117,13 @@ pub struct Ways {
     pub long: bool,
 }
 
+impl Probe {
+    /// The index of the face and `[x, y]`, as [`FacingRectangles`] takes points.
+    pub(super) const fn on_a_rectangle(&self) -> (usize, [f64; 2]) {
+        (self.part, [self.position.x, self.position.y])
+    }
+}
+
 impl Part {
     /// Without a texture, the same in every channel.
     #[must_use]

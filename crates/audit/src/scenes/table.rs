@@ -176,9 +176,7 @@ impl Table {
     /// # Errors
     /// If it cannot be written.
     pub fn write(&self, out: impl Write) -> Result<(), csv::Error> {
-        let mut table = csv::Writer::from_writer(out);
-        table.write_record(HEADER)?;
-        for ((family, subject), row) in &self.rows {
+        let record = |((family, subject), row): (&(Family, Subject), &Row)| {
             let counts = [row.scenes, row.held, row.broken, row.rough, row.refused, row.failed].map(|count| count.to_string());
             let figures = [
                 figure(row.median_over_error()),
@@ -186,10 +184,9 @@ impl Table {
                 format!("{:.3}", row.seconds_an_answer()),
                 format!("{:.3}", row.truth.as_secs_f64() / row.scenes as f64),
             ];
-            table.write_record([family.name().to_owned(), subject.name().to_owned()].into_iter().chain(counts).chain(figures))?;
-        }
-        table.flush()?;
-        Ok(())
+            [family.name().to_owned(), subject.name().to_owned()].into_iter().chain(counts).chain(figures).collect::<Vec<_>>()
+        };
+        write_rows(out, &HEADER, self.rows.iter().map(record))
     }
 
     /// Every statement as CSV: value, bound and truth.
@@ -197,9 +194,8 @@ impl Table {
     /// # Errors
     /// If it cannot be written.
     pub fn write_statements(&self, out: impl Write) -> Result<(), csv::Error> {
-        let mut table = csv::Writer::from_writer(out);
-        table.write_record(["scene", "quantity", "value", "bound", "estimate", "truth", "low", "high", "verdict"])?;
-        for (name, Judged { statement, known, verdict }) in &self.statements {
+        let record = |(name, judged): &(Name, Judged)| {
+            let Judged { statement, known, verdict } = judged;
             let verdict = match verdict {
                 Verdict::Held => "held",
                 Verdict::Broken => "broken",
@@ -209,10 +205,10 @@ impl Table {
             let truth = [known.value, known.interval.low, known.interval.high].map(|x| format!("{x:e}"));
             let said = [format!("{:e}", statement.value), format!("{:e}", statement.bound), estimate];
             let record = [name.to_string(), statement.of.name()].into_iter().chain(said).chain(truth);
-            table.write_record(record.chain([verdict.to_owned()]))?;
-        }
-        table.flush()?;
-        Ok(())
+            record.chain([verdict.to_owned()]).collect::<Vec<_>>()
+        };
+        let header = ["scene", "quantity", "value", "bound", "estimate", "truth", "low", "high", "verdict"];
+        write_rows(out, &header, self.statements.iter().map(record))
     }
 }
 
@@ -231,6 +227,21 @@ pub const HEADER: [&str; 12] = [
     "seconds_an_answer",
     "seconds_a_truth",
 ];
+
+/// A header and rows as CSV.
+pub(super) fn write_rows<R: IntoIterator<Item: AsRef<[u8]>>>(
+    out: impl Write,
+    header: &[&str],
+    rows: impl Iterator<Item = R>,
+) -> Result<(), csv::Error> {
+    let mut table = csv::Writer::from_writer(out);
+    table.write_record(header)?;
+    for row in rows {
+        table.write_record(row)?;
+    }
+    table.flush()?;
+    Ok(())
+}
 
 fn figure(value: Option<f64>) -> String {
     value.map_or_else(String::new, |value| format!("{value:.3e}"))

@@ -4,7 +4,7 @@ use glam::DVec3;
 use radgrad_oracle::confidence::ConfidenceInterval;
 use radgrad_oracle::scene::{Effort, Known, Point, Scene};
 
-use super::model::{Exact, Model};
+use super::model::{Exact, Model, Probe};
 use super::statement::{Quantum, Statement, Subject};
 
 /// Why there is no truth.
@@ -82,8 +82,8 @@ impl Truth {
                     (Mean { emitted: 0.0, reflected: even }, vec![even; points.len()])
                 }
                 Exact::Facing(rectangles) => {
-                    let of = |probe: &Point| (probe.face, [probe.position.x, probe.position.y]);
-                    let (reflected, points) = rectangles.truth(&points.iter().map(of).collect::<Vec<_>>());
+                    let (reflected, points) =
+                        rectangles.truth(&model.probes.iter().map(Probe::on_a_rectangle).collect::<Vec<_>>());
                     let emitted = model.oracle(channel)?.truth(&[], &Effort { rays: 1, ..*effort })?.emitted;
                     (Mean { emitted, reflected }, points)
                 }

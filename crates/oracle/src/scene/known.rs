@@ -82,10 +82,15 @@ impl FacingRectangles {
         (mean, points.iter().map(|&(which, at)| known(&|nodes| self.at(nodes, which, at))).collect())
     }
 
-    /// The gradient of the irradiance `G B` at a point, along x and y.
+    /// The gradients of the irradiance `G B` along x and y, at points as [`Self::truth`] takes them.
     #[must_use]
-    pub fn slope(&self, which: usize, [x, y]: [f64; 2]) -> [f64; 2] {
-        let (nodes, other) = (self.solve(FINE), 1 - which);
+    pub fn slopes(&self, points: &[(usize, [f64; 2])]) -> Vec<[f64; 2]> {
+        let nodes = self.solve(FINE);
+        points.iter().map(|&(which, at)| self.slope(&nodes, which, at)).collect()
+    }
+
+    fn slope(&self, nodes: &Nodes, which: usize, [x, y]: [f64; 2]) -> [f64; 2] {
+        let other = 1 - which;
         let mut slope = [0.0; 2];
         for ([u, v, weight], radiosity) in nodes.rule[other].iter().zip(&nodes.values[other]) {
             let square = (x - u) * (x - u) + (y - v) * (y - v) + self.gap * self.gap;

@@ -162,8 +162,8 @@ const OVER_BOUND: f64 = 0.3;
 const DEEPEST_IN_THE_CLEAR: usize = 2;
 const MOST_IN_THE_CLEAR: usize = 32_000;
 
-/// The importance bounds the weights anew where the parts of the bound that this lowers, by the weights' unevenness and by what is known of
-/// residuals, are more than this part of it: that is as much work as the bounds on what light leaves out.
+/// A second bound on the weights, by the importance, lowers two parts of the bound: that of the weights' unevenness, and that of what is known
+/// of residuals. It is as much work as the bounds on what light leaves out, and is made where the two are more than this part of all.
 const BY_WEIGHTS: f64 = 0.3;
 
 /// The receivers that are cut further at a time leave this part of what all receivers leave.

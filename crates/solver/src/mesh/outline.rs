@@ -1,5 +1,5 @@
-//! Faces cut into the first elements, parallelograms above all: constants and lines leave a third more of an even slope on a triangle than
-//! on a square as large, and on what is long more than on what is square.
+//! The first elements of faces. A constant leaves a third more of light that rises evenly on a triangle than on a square of the same area,
+//! and more on a long rectangle than on a square: so faces can be cut into parallelograms that are nearly squares.
 
 use radgrad_core::DVec3;
 

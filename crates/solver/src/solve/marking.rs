@@ -10,9 +10,9 @@
 //! gradient adds what the light does between them (N. Holzschuch and F. X. Sillion 1995, 3.2): along each edge the cubic through exact
 //! values and gradients of its ends leaves the polynomials of the basis' degree by a mean square in closed form, so that neither is built
 //! ([`beyond`]). Those of a square's two directions add up, of a triangle's three edges the mean counts: for quadratic light on linear
-//! elements that is exact on squares, and 5/6 to 4/3 of it on
-//! triangles. From degree 3 on a cubic says nothing, and the nodes decide. Corners are moved inward, those of a square to its
-//! four Gauss nodes: at an edge between two faces gradients are infinite, and there a cubic through the corners says nothing.
+//! elements that is exact on squares, and 5/6 to 4/3 of it on triangles. From degree 3 on a cubic says nothing, and the nodes decide.
+//! Corners are moved inward, those of a square to its four Gauss nodes: at an edge between two faces gradients are infinite, and there a
+//! cubic through the corners says nothing.
 //!
 //! Direct and reflected light are judged together where an element has both, since their residuals add up with their signs.
 //! Samples are taken once: after the first round light changes by little. The detail of textures does not count: no division
@@ -74,10 +74,10 @@ impl Solution {
                 let values = [a, b].map(|end| light.corners[end].0[channel]);
                 beyond(basis.degree(), values, [a, b].map(|end| light.corners[end].1[channel].dot(between)))
             };
-            let by_gradient = if light.corners.is_empty() { 0.0 } else { part * lines.iter().map(of_line).sum::<f64>() };
             let excess = basis.excess(&light.nodes[channel]);
             let by_nodes = excess.next.powi(2) + excess.spread.powi(2);
-            let off = rho * rho * if light.corners.is_empty() { by_nodes } else { 0.5 * (by_gradient + by_nodes) };
+            let by_gradient = || part * lines.iter().map(of_line).sum::<f64>();
+            let off = rho * rho * if light.corners.is_empty() { by_nodes } else { 0.5 * (by_gradient() + by_nodes) };
             if off > 0.0 { off / self.mean()[channel].powi(2) } else { 0.0 }
         };
         self.surfaces.reflectance[element.face()].iter().enumerate().map(of_channel).sum()

@@ -23,7 +23,7 @@ const TIME_FOR_POINTS: f64 = 0.4;
 /// Rounds that serve points: where light is even a gradient may be 0, and is never known to a part of that.
 const MOST_SERVICES: usize = 2;
 
-/// The part of what is allowed that an estimate has to be within: some errors are thrice their estimates.
+/// Some errors are thrice their estimates: an error is surely within what is allowed if its estimate is within this part of that.
 const SURE: f64 = 0.3;
 
 /// What a caller of [`crate::solve`] answers after each round, so that gradients at some points are known to a part of themselves.
@@ -58,8 +58,8 @@ pub struct GradientRounds {
 }
 
 impl GradientRounds {
-    /// For points, each with the direction that it faces, the part of each gradient that the estimate of its error has to be within, the error
-    /// asked of the mean, and the time that there is in all.
+    /// For points, each with the direction that it faces, the part of each gradient that its error is to be within surely, the error asked of
+    /// the mean, and the time that there is in all.
     #[must_use]
     pub fn new(points: &[(DVec3, DVec3)], within: f64, error: f64, time: Duration) -> Self {
         let (points, clock) = (points.to_vec(), Clock::started());
@@ -105,8 +105,8 @@ impl GradientRounds {
 }
 
 impl Solution {
-    /// Whether the error of the gradient of the irradiance at a point is surely within this part of it by its estimate, in each channel. Of a point that
-    /// is refused nothing more can be known, and the answer is yes.
+    /// Whether the error of the gradient of the irradiance at a point is surely within this part of it, in each channel. Of a point that is
+    /// refused nothing more can be known, and the answer is yes.
     fn has_gradient_within(&self, (point, normal): (DVec3, DVec3), part: f64) -> bool {
         let found = match self.is_on_a_face(point) {
             true => self.gradient(point, normal).map(|found| found.irradiance),

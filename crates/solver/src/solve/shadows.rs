@@ -1,9 +1,8 @@
 //! The mesh that is cut along shadow lines: a rough solution says what light there is, and the faces are cut where polynomials then fit
 //! it best ([`crate::mesh::partition`]).
 //!
-//! At samples it is gathered: of lamps kept apart the light is exact, shadows and all, and what is reflected is gathered of the rough
-//! solution. Without such lamps there are no shadow lines, and where faces are a thousand or more these are small already: nothing is cut
-//! then.
+//! Every sample of the light is a gather: exact for lamps kept apart, shadows and all, and for reflected light as good as the rough solution.
+//! Without such lamps there are no shadow lines, and faces of a mesh of [`MOST_PARTS`] parts or more are small already: nothing is cut then.
 
 use std::time::Duration;
 
