@@ -17,9 +17,13 @@ pub(crate) struct SceneFile {
     /// Scene: .obj with its .mtl, .gltf, .glb, .vs3, .stl or .ply.
     #[arg(id = "scene", value_name = "SCENE")]
     pub(crate) path: PathBuf,
-    /// Leave out faces that are no polygon with an area instead of refusing the file.
+    /// Leave out faces whose outline crosses itself instead of refusing the file.
     #[arg(long)]
     drop_degenerate: bool,
+    /// By how much coordinates of the scene may be off, in its unit; 0 if they are exact. By default this is told from how they are written:
+    /// in single precision, or with how many decimals.
+    #[arg(long, value_name = "LENGTH", value_parser = length)]
+    precision: Option<f64>,
     /// Memory that reading may take, and so may points, grids and pictures: bytes, or a number with K, M or G.
     #[arg(long, value_name = "BYTES", default_value = "256M", value_parser = bytes)]
     pub(crate) budget: u64,
@@ -32,7 +36,7 @@ impl SceneFile {
     /// Reads the scene, and prints the reader's changes on the standard error.
     pub(crate) fn read(&self, materials: Materials) -> Result<Scene, Error> {
         let degenerate = if self.drop_degenerate { Degenerate::Drop } else { Degenerate::Refuse };
-        let reading = Reading { degenerate, budget: self.budget, allow_outside: self.allow_outside, materials };
+        let reading = Reading { degenerate, budget: self.budget, allow_outside: self.allow_outside, materials, precision: self.precision };
         let scene = Scene::read(&self.path, reading)?;
         scene.notes().iter().take(MOST_NOTES).for_each(say);
         if let Some(more @ 1..) = scene.notes().len().checked_sub(MOST_NOTES) {
@@ -49,6 +53,12 @@ impl SceneFile {
             _ => Err(Error::Budget { what: what.to_owned(), budget: self.budget }),
         }
     }
+}
+
+/// A length that is finite and not negative.
+fn length(text: &str) -> Result<f64, String> {
+    let length = text.parse::<f64>().map_err(|error| format!("`{text}`: {error}"))?;
+    if length >= 0.0 && length.is_finite() { Ok(length) } else { Err(format!("`{text}`: expected a length, 0 or more")) }
 }
 
 /// `1000000`, `64K`, `256M`, `2G`, with `B` or `iB` after the letter or not.

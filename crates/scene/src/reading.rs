@@ -22,7 +22,7 @@ pub(crate) type ReadFile<'a> = dyn FnMut(&Path) -> io::Result<Vec<u8>> + 'a;
 /// assert!(Scene::read(file, small).unwrap_err().to_string().contains("1 KiB"));
 /// assert!(Scene::read(file, Degenerate::Drop).is_ok());
 /// ```
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reading {
     /// Whether faces that are no polygon are refused or dropped.
     pub degenerate: Degenerate,
@@ -32,6 +32,9 @@ pub struct Reading {
     pub allow_outside: bool,
     /// Whether the values of the materials are needed.
     pub materials: Materials,
+    /// By how much coordinates may be off, in their unit: 0 where they are exact. If it is not given, it is told from how the
+    /// coordinates are written.
+    pub precision: Option<f64>,
 }
 
 /// Whether the values of the materials are needed. Form factors depend on shapes alone.
@@ -54,7 +57,13 @@ impl Reading {
 
 impl Default for Reading {
     fn default() -> Self {
-        Self { degenerate: Degenerate::default(), budget: Self::BUDGET, allow_outside: false, materials: Materials::default() }
+        Self {
+            degenerate: Degenerate::default(),
+            budget: Self::BUDGET,
+            allow_outside: false,
+            materials: Materials::default(),
+            precision: None,
+        }
     }
 }
 

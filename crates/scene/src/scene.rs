@@ -8,7 +8,9 @@
 //! not negative, and every index in it exists.
 
 mod arrays;
+mod assembly;
 mod bytes;
+mod healing;
 mod intake;
 mod material;
 mod note;
@@ -61,6 +63,18 @@ pub struct Scene {
     surfaces: Vec<Surface>,
     faces: Vec<Face>,
     notes: Vec<Note>,
+    modelling: Modelling,
+}
+
+/// How far a scene may be from what its file was meant to say: the rounding of its coordinates, and what reading changed for it.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Modelling {
+    /// By how much a coordinate may be off, in the unit of the scene; 0 where coordinates are exact.
+    pub precision: f64,
+    /// The largest distance by which a vertex was moved.
+    pub distance: f64,
+    /// The part of the area that was left out, or that edges swept when they were moved, at most.
+    pub share: f64,
 }
 
 /// A named part of a scene: one or more faces.
@@ -100,6 +114,8 @@ pub struct Face {
     place: Option<Place>,
     /// Where it has the textures of its material: of the reflectance and of the radiance.
     charts: [Option<Chart>; 2],
+    /// The largest distance by which reading moved one of its vertices.
+    moved: f64,
 }
 
 impl Face {
@@ -148,7 +164,8 @@ impl Scene {
             return Err(Error::expected("channels of different names", format!("`{}` twice", twice.1)));
         }
         let (materials, surfaces, faces, notes) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        Ok(Self { title: None, enclosure: None, channels, materials, surfaces, faces, notes })
+        let modelling = Modelling::default();
+        Ok(Self { title: None, enclosure: None, channels, materials, surfaces, faces, notes, modelling })
     }
 
     /// Reads a scene, as a [`Reading`] says or a [`Degenerate`] alone: `.obj` with its `.mtl` ([`crate::obj`]), `.gltf` or `.glb`
@@ -300,7 +317,7 @@ impl Scene {
         let index = self.faces.len();
         let count = self.surfaces.len();
         self.surfaces.get_mut(surface).ok_or_else(|| missing("surface", surface, count))?.faces.push(index);
-        self.faces.push(Face { polygon, surface, material, place, charts: used });
+        self.faces.push(Face { polygon, surface, material, place, charts: used, moved: 0.0 });
         Ok(index)
     }
 
@@ -391,6 +408,12 @@ impl Scene {
     #[must_use]
     pub fn notes(&self) -> &[Note] {
         &self.notes
+    }
+
+    /// How far it may be from what its file was meant to say.
+    #[must_use]
+    pub const fn modelling(&self) -> Modelling {
+        self.modelling
     }
 
     /// Index of the surface of this name.

@@ -7,7 +7,8 @@ use std::sync::Arc;
 
 use radgrad_core::{DVec3, Polygon};
 
-use super::{Note, Scene, split};
+use super::assembly::Assembly;
+use super::{Note, Scene};
 use crate::reading::Budget;
 use crate::texture::Chart;
 use crate::{Error, Face, Materials, Place, Position, Reading, Surface};
@@ -15,13 +16,13 @@ use crate::{Error, Face, Materials, Place, Position, Reading, Surface};
 /// Bytes that the name of a surface may have: every face of a group looks it up.
 const LONGEST_NAME: usize = 1024;
 
-/// The treatment of faces that are no polygon: without area, with repeated vertices or with fewer than three, crossing themselves.
+/// The treatment of faces whose outline crosses itself. Faces without area exchange nothing: they are left out, with a [`Note`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Degenerate {
     /// Refuse the file, naming the face.
     #[default]
     Refuse,
-    /// Leave out vertices that repeat their predecessor, then faces that are still no polygon; each gives a [`Note`].
+    /// Leave them out, with a [`Note`].
     Drop,
 }
 
@@ -35,22 +36,34 @@ pub(crate) struct Outline {
 
 impl Outline {
     /// Some of the vertices.
-    fn part(&self, kept: &[usize]) -> Self {
+    pub(super) fn part(&self, kept: &[usize]) -> Self {
         let coordinates = self.coordinates.each_ref().map(|of| of.as_ref().map(|of| kept.iter().map(|&i| of[i]).collect()));
         Self { vertices: kept.iter().map(|&i| self.vertices[i]).collect(), coordinates }
     }
 
-    fn charts(&self, polygon: &Polygon) -> Result<[Option<Chart>; 2], Error> {
+    pub(super) fn charts(&self, polygon: &Polygon) -> Result<[Option<Chart>; 2], Error> {
         let [reflectance, radiance] = &self.coordinates;
         let chart = |of: &Option<Vec<[f64; 2]>>| of.as_ref().map(|of| Chart::new(polygon, of)).transpose();
         Ok([chart(reflectance)?, chart(radiance)?])
     }
 }
 
+/// A face of a file, as it was read.
+#[derive(Debug)]
+pub(super) struct Given {
+    pub(super) surface: usize,
+    pub(super) material: usize,
+    pub(super) outline: Outline,
+    pub(super) place: Place,
+}
+
 /// A scene that is being read.
 #[derive(Debug)]
 pub(crate) struct Intake {
     scene: Scene,
+    given: Vec<Given>,
+    /// The rounding of its coordinates.
+    rounding: f64,
     file: Arc<Path>,
     reading: Reading,
     budget: Rc<Budget>,
@@ -64,7 +77,8 @@ pub(crate) struct Intake {
 impl Intake {
     pub(crate) fn new(scene: Scene, file: &Path, reading: Reading, budget: &Rc<Budget>) -> Self {
         let (budget, surfaces, ignored) = (Rc::clone(budget), HashMap::new(), HashSet::new());
-        Self { scene, file: file.into(), reading, budget, surfaces, ignored, overdrawn: None }
+        let (given, rounding) = (Vec::new(), reading.precision.unwrap_or(0.0));
+        Self { scene, given, rounding, file: file.into(), reading, budget, surfaces, ignored, overdrawn: None }
     }
 
     /// Of the file of a mesh without materials: black, and its index.
@@ -102,12 +116,6 @@ impl Intake {
         let name = Self::checked_name(name)?;
         self.budget.take_many("surfaces", 1, 2 * size_of::<Surface>() + 4 * name.len())?;
         Ok(if exchanges { self.scene.add_surface(name) } else { self.scene.add_obstruction(name) })
-    }
-
-    fn note(&mut self, note: Note) -> Result<(), Error> {
-        self.budget.take_many("notes", 1, 2 * size_of::<Note>() + 2 * LONGEST_NAME / 8)?;
-        self.scene.notes.push(note);
-        Ok(())
     }
 
     pub(crate) fn place(&self, position: Position) -> Place {
@@ -151,7 +159,7 @@ impl Intake {
         }
     }
 
-    /// Adds the polygon through `vertices`, or the triangles it has to be split into, or nothing where that was asked for.
+    /// Adds a face: what becomes of it is decided when all are known.
     pub(crate) fn add_face(&mut self, surface: usize, material: usize, vertices: Vec<DVec3>, place: Place) -> Result<(), Error> {
         self.add_textured_face(surface, material, Outline { vertices, ..Outline::default() }, place)
     }
@@ -161,98 +169,28 @@ impl Intake {
         &mut self,
         surface: usize,
         material: usize,
-        mut outline: Outline,
+        outline: Outline,
         place: Place,
     ) -> Result<(), Error> {
-        let count = outline.vertices.len();
-        self.take_face(count).map_err(|error| error.at(place.clone()))?;
-        if self.reading.degenerate == Degenerate::Drop {
-            self.leave_out_repeated(&mut outline, &place)?;
-        }
-        let polygon = match Polygon::new(outline.vertices.clone()) {
-            Ok(polygon) => polygon,
-            Err(error @ radgrad_core::Error::NotPlanar { distance, size, .. }) => {
-                let Some(split) = split::triangles(&outline.vertices) else { return self.refuse(error, place, Error::Warped) };
-                let triangles = self.add_triangles(surface, material, &outline, &split, &place)?;
-                let surface = self.scene.surfaces[surface].name.clone();
-                return self.note(Note::Split { place, surface, triangles, distance, size });
-            }
-            Err(error) => return self.refuse(error, place, Error::Face),
-        };
-        match outline.charts(&polygon) {
-            Ok(charts) => {
-                let added = self.scene.add_charted_face(surface, material, polygon, Some(place.clone()), charts);
-                added.map(|_| ()).map_err(|error| error.at(place))
-            }
-            Err(Error::Chart { off, .. }) => {
-                let Some(split) = split::triangles(&outline.vertices) else {
-                    return Err(Error::expected("a face that can be cut into triangles", "one that touches itself").at(place));
-                };
-                let triangles = self.add_triangles(surface, material, &outline, &split, &place)?;
-                let surface = self.scene.surfaces[surface].name.clone();
-                self.note(Note::SplitForTexture { place, surface, triangles, off })
-            }
-            Err(error) => Err(error.at(place)),
-        }
-    }
-
-    /// Adds triangles of an outline and returns how many there are.
-    fn add_triangles(
-        &mut self,
-        surface: usize,
-        material: usize,
-        outline: &Outline,
-        split: &[[usize; 3]],
-        place: &Place,
-    ) -> Result<usize, Error> {
-        for triangle in split {
-            self.take_face(3).map_err(|error| error.at(place.clone()))?;
-            let part = outline.part(triangle);
-            let polygon = Polygon::new(part.vertices.clone()).map_err(|error| Error::Face(error).at(place.clone()))?;
-            let charts = part.charts(&polygon).map_err(|error| error.at(place.clone()))?;
-            let added = self.scene.add_charted_face(surface, material, polygon, Some(place.clone()), charts);
-            added.map_err(|error| error.at(place.clone()))?;
-        }
-        Ok(split.len())
-    }
-
-    fn refuse(&mut self, error: radgrad_core::Error, place: Place, fault: fn(radgrad_core::Error) -> Error) -> Result<(), Error> {
-        match self.reading.degenerate {
-            Degenerate::Refuse => Err(fault(error).at(place)),
-            Degenerate::Drop => self.note(Note::Dropped { place, reason: error }),
-        }
-    }
-
-    /// Takes the memory of a face of so many vertices.
-    fn take_face(&self, vertices: usize) -> Result<(), Error> {
-        // A polygon keeps more of an edge than its vertex: about ten times as much.
-        let size = size_of::<Face>() + vertices.saturating_mul(10 * size_of::<DVec3>());
-        self.budget.take_many("faces", 1, size)
-    }
-
-    fn leave_out_repeated(&mut self, outline: &mut Outline, place: &Place) -> Result<(), Error> {
-        let given = &outline.vertices;
-        let count = given.len();
-        let repeats = |&vertex: &usize| count > 1 && given[vertex] == given[(vertex + count - 1) % count];
-        let (left_out, kept): (Vec<usize>, Vec<usize>) = (0..count).partition(repeats);
-        for vertex in left_out {
-            self.note(Note::RepeatedVertex { place: place.clone(), vertex })?;
-        }
-        *outline = outline.part(&kept);
+        take_face(&self.budget, outline.vertices.len()).map_err(|error| error.at(place.clone()))?;
+        self.given.push(Given { surface, material, outline, place });
         Ok(())
     }
 
     /// The scene, if it has faces; surfaces that got none are left out.
     pub(crate) fn finish(self) -> Result<Scene, Error> {
+        let place = self.place(Position::File);
         if let Some(error) = self.overdrawn {
             return Err(error);
         }
-        if self.scene.faces.is_empty() {
-            let left_out = self.scene.notes.iter().filter(|note| matches!(note, Note::Dropped { .. })).count();
-            let found = if left_out == 0 { "none".to_owned() } else { format!("only the {left_out} that were left out") };
-            return Err(Error::expected("at least one face", found).at(self.place(Position::File)));
-        }
         let mut scene = self.scene;
+        Assembly { scene: &mut scene, budget: &self.budget, degenerate: self.reading.degenerate }
+            .add(self.given, self.rounding)?;
+        if scene.faces.is_empty() {
+            let left_out = scene.notes.iter().any(|note| matches!(note, Note::LeftOut { .. }));
+            let found = if left_out { "only such as were left out" } else { "none" };
+            return Err(Error::expected("at least one face", found).at(place));
+        }
         scene.surfaces.retain(|surface| !surface.faces.is_empty());
         for (index, surface) in scene.surfaces.iter().enumerate() {
             for &face in &surface.faces {
@@ -261,4 +199,11 @@ impl Intake {
         }
         Ok(scene)
     }
+}
+
+/// Takes the memory of a face of so many vertices.
+pub(super) fn take_face(budget: &Budget, vertices: usize) -> Result<(), Error> {
+    // A polygon keeps more of an edge than its vertex: about ten times as much.
+    let size = size_of::<Face>() + vertices.saturating_mul(10 * size_of::<DVec3>());
+    budget.take_many("faces", 1, size)
 }

@@ -33,19 +33,35 @@ pub enum Note {
         /// Distance of the worst vertex' coordinates from the affine function of others, in units of the texture.
         off: f64,
     },
-    /// A vertex that repeats its predecessor was left out of a face, as [`crate::Degenerate::Drop`] asks.
-    RepeatedVertex {
-        /// Where the face is.
+    /// Vertices of faces were moved onto the planes that they were on before their coordinates were rounded.
+    Healed {
+        /// The face with the vertex that was moved farthest.
         place: Place,
-        /// Index of the vertex in the face, from 0.
-        vertex: usize,
+        /// Faces with a vertex that was moved.
+        faces: usize,
+        /// The largest motion.
+        distance: f64,
+        /// The rounding of the coordinates.
+        precision: f64,
     },
-    /// A face was left out, as [`crate::Degenerate::Drop`] asks.
-    Dropped {
-        /// Where the face is.
+    /// Vertices that repeat their predecessor were left out.
+    RepeatedVertices {
+        /// The first face.
         place: Place,
-        /// Why it is no polygon.
-        reason: radgrad_core::Error,
+        /// How many faces have such.
+        faces: usize,
+    },
+    /// Faces were left out: they are without area, or thinner than their coordinates are rounded, or no polygon where
+    /// [`crate::Degenerate::Drop`] is asked for.
+    LeftOut {
+        /// The first of them.
+        place: Place,
+        /// How many there are.
+        faces: usize,
+        /// Why the first is no polygon; none if it is thinner than the rounding alone.
+        reason: Option<radgrad_core::Error>,
+        /// The rounding of the coordinates.
+        precision: f64,
     },
     /// A reflectance was made smaller, as [`crate::Scene::cap_reflectance`] asks.
     Capped {
@@ -71,8 +87,9 @@ impl Note {
             Self::Capped { .. } => None,
             Self::Split { place, .. }
             | Self::SplitForTexture { place, .. }
-            | Self::RepeatedVertex { place, .. }
-            | Self::Dropped { place, .. }
+            | Self::Healed { place, .. }
+            | Self::RepeatedVertices { place, .. }
+            | Self::LeftOut { place, .. }
             | Self::Ignored { place, .. } => Some(place),
         }
     }
@@ -97,9 +114,34 @@ impl fmt::Display for Note {
                 "a face of `{}` has texture coordinates {off:.3e} off an affine function: split into {triangles} triangles",
                 printable(surface)
             ),
-            Self::RepeatedVertex { vertex, .. } => write!(f, "vertex {vertex} of the face repeats its predecessor: left out"),
-            Self::Dropped { reason, .. } => write!(f, "face left out: {reason}"),
+            Self::Healed { faces, distance, precision, .. } => {
+                let faces = Counted(*faces, "face");
+                write!(
+                    f,
+                    "coordinates are rounded by {precision:.1e}: vertices of {faces} were moved onto common planes, by {distance:.1e} at most (here)"
+                )
+            }
+            Self::RepeatedVertices { faces, .. } => {
+                write!(f, "vertices that repeat their predecessor were left out of {}, this one first", Counted(*faces, "face"))
+            }
+            Self::LeftOut { faces, reason, precision, .. } => {
+                write!(f, "{} left out, this one first: ", Counted(*faces, "face"))?;
+                match reason {
+                    Some(reason) => write!(f, "{reason}"),
+                    None => write!(f, "it is thinner than the rounding of its coordinates, {precision:.1e}"),
+                }
+            }
             Self::Ignored { what, .. } => f.write_str(&printable(what)),
         }
+    }
+}
+
+/// A number of things.
+struct Counted(usize, &'static str);
+
+impl fmt::Display for Counted {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self(count, thing) = *self;
+        write!(f, "{count} {thing}{}", if count == 1 { "" } else { "s" })
     }
 }

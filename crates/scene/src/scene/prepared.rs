@@ -8,16 +8,18 @@
 //! - With e the largest extent along an axis, an axis is moved by the middle c of its coordinates if `|c| >= 2 e`. Then all of them
 //!   are between c/2 and 2c, and each difference is exact (P. Sterbenz 1974). Else no coordinate is above 2.5 e, and little is lost
 //!   by staying.
+//!   What rounding took when they were that large is taken back where faces share planes ([`super::healing`]).
 //! - If the largest coordinate is then not between 2^-64 and 2^64, the power of two that brings it to [1/2, 1) multiplies all. Only
 //!   underflow makes that inexact, where a scene has lengths of very different sizes: it is refused.
 
 use radgrad_core::{DVec3, Polygon};
 
+use super::healing::weld;
 use super::{Face, Scene};
 use crate::occluders::Occluders;
 use crate::projection::normalising_power;
 use crate::texture::Quantity;
-use crate::{Error, Warning};
+use crate::{Error, Warning, largest};
 
 /// Binary digits that coordinates should leave to the extent of a scene.
 const ENOUGH_DIGITS: i32 = 24;
@@ -132,7 +134,8 @@ fn coarse(scene: &Scene) -> Option<Warning> {
 impl Scene {
     fn placed(&self, placement: &Placement) -> Result<Self, Error> {
         let mut scene = self.clone();
-        for (index, face) in scene.faces.iter_mut().enumerate() {
+        let mut outlines: Vec<Vec<DVec3>> = Vec::with_capacity(scene.faces.len());
+        for (index, face) in scene.faces.iter().enumerate() {
             let from = face.polygon.vertices();
             let to: Vec<DVec3> = from.iter().map(|&v| placement.inward(v)).collect();
             // The inverse of a power of two is one as well.
@@ -140,7 +143,20 @@ impl Scene {
                 let (face, value) = (self.name_of(index), from[vertex]);
                 return Err(Error::Range { face, vertex, value, power: placement.power });
             }
-            face.polygon = Polygon::new(to).map_err(|source| Error::Placed { face: self.name_of(index), source })?;
+            outlines.push(to);
+        }
+        if placement.centre != DVec3::ZERO {
+            let coordinates = self.polygons().flat_map(Polygon::vertices).map(|v| v.abs().max_element());
+            // Half a unit in the last place of the largest, and half of that again.
+            let rounding = 0.75 * f64::EPSILON * coordinates.fold(0.0, largest) * placement.power;
+            let mut welded = weld(outlines.iter().map(Vec::as_slice), rounding);
+            welded.flatten(rounding);
+            outlines = (0..outlines.len()).map(|face| welded.outline(face)).collect();
+        }
+        for (index, (face, outline)) in scene.faces.iter_mut().zip(outlines).enumerate() {
+            let moved = face.polygon.vertices().iter().zip(&outline).map(|(&from, &to)| (placement.inward(from) - to).length());
+            face.moved = face.moved * placement.power + moved.fold(0.0, largest);
+            face.polygon = Polygon::new(outline).map_err(|source| Error::Placed { face: self.name_of(index), source })?;
             for chart in face.charts.iter_mut().flatten() {
                 *chart = chart.placed(placement);
             }

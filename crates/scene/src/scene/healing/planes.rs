@@ -1,0 +1,273 @@
+//! The planes of faces whose coordinates are rounded, and the vertices on them.
+
+use std::collections::{BTreeSet, HashMap};
+
+use radgrad_core::DVec3;
+
+use super::width;
+use crate::{largest, smallest};
+
+/// Margin on the distance that rounding moves a vertex along a normal.
+const MARGIN: f64 = 1.2;
+
+/// The largest sums of barycentric coordinates that add to that distance: first all that is likely, then, of faces that a fitted plane
+/// left out, those that are as near as one rounding.
+const LEVERS: [f64; 2] = [3.0, 0.0];
+
+/// Faces whose normal is known to this angle are looked up by it; those of others by the vertices that they share.
+const KNOWN: f64 = 1e-3;
+
+/// Cells of normals, and of distances over the extent.
+const CELL: f64 = 4.0 * KNOWN;
+
+/// Of planes whose normals differ from the span of those before by less than this, rounding decides where they meet.
+const PARALLEL: f64 = 0.1;
+
+/// The largest motion of a vertex, in roundings: more than planes that are not nearly parallel ask for.
+const FARTHEST: f64 = 64.0;
+
+/// A plane, and what is on it.
+#[derive(Debug)]
+struct Plane {
+    origin: DVec3,
+    normal: DVec3,
+    /// Three points, far apart, that it was taken from.
+    base: [DVec3; 3],
+    faces: Vec<usize>,
+    vertices: BTreeSet<usize>,
+}
+
+impl Plane {
+    fn height(&self, point: DVec3) -> f64 {
+        self.normal.dot(point - self.origin)
+    }
+
+    /// The sum of the magnitudes of a point's barycentric coordinates in the base, at most `most`.
+    fn lever(&self, point: DVec3, most: f64) -> f64 {
+        let [a, b, c] = self.base;
+        let across = |p: DVec3, q: DVec3, r: DVec3| self.normal.dot((q - p).cross(r - p));
+        let all = across(a, b, c);
+        let sum = (across(point, b, c).abs() + across(a, point, c).abs() + across(a, b, point).abs()) / all.abs();
+        // Not a number, where the base has no area, is the most.
+        if sum <= most { sum } else { most }
+    }
+
+    /// Whether rounding explains the distance of a point.
+    fn holds(&self, point: DVec3, rounding: f64, lever: f64) -> bool {
+        let [x, y, z] = self.normal.abs().to_array();
+        self.height(point).abs() <= MARGIN * rounding * (x + y + z) * (1.0 + self.lever(point, lever))
+    }
+
+    /// Takes a point for a corner of the base where that makes it a fifth larger or more.
+    fn widen(&mut self, point: DVec3) {
+        let area = |[a, b, c]: [DVec3; 3]| (b - a).cross(c - a).length();
+        let with = |k: usize| {
+            let mut base = self.base;
+            base[k] = point;
+            base
+        };
+        let widest = [0, 1, 2].map(with).into_iter().max_by(|a, b| area(*a).total_cmp(&area(*b)));
+        self.base = widest.filter(|base| area(*base) > 1.2 * area(self.base)).unwrap_or(self.base);
+    }
+
+    /// Fits it to its vertices, by least squares of heights; twice, as a tilt of 1e-3 leaves its square.
+    fn fit(&mut self, positions: &[DVec3]) {
+        for _ in 0..2 {
+            let points: Vec<DVec3> = self.vertices.iter().map(|&vertex| positions[vertex]).collect();
+            let middle = points.iter().sum::<DVec3>() / points.len() as f64;
+            let (along, across) = self.normal.any_orthonormal_pair();
+            let [mut uu, mut uv, mut vv, mut uh, mut vh] = [0.0; 5];
+            for r in points.iter().map(|point| *point - middle) {
+                let (u, v, h) = (along.dot(r), across.dot(r), self.normal.dot(r));
+                (uu, uv, vv, uh, vh) = (uu + u * u, uv + u * v, vv + v * v, uh + u * h, vh + v * h);
+            }
+            let determinant = uu * vv - uv * uv;
+            let tilt = [(uh * vv - vh * uv) / determinant, (vh * uu - uh * uv) / determinant];
+            let fitted = (self.normal - along * tilt[0] - across * tilt[1]).normalize_or_zero();
+            // What is on one line keeps its plane, and what is flat keeps it to the last bit.
+            if determinant <= 1e-12 * uu * vv || (uh == 0.0 && vh == 0.0) || !fitted.is_finite() || fitted == DVec3::ZERO {
+                return;
+            }
+            (self.origin, self.normal) = (middle, fitted);
+        }
+    }
+
+    /// Leaves out faces with a vertex that is farther off than rounding explains, and returns them.
+    fn leave_out(&mut self, positions: &[DVec3], faces: &[Vec<usize>], rounding: f64) -> Vec<usize> {
+        let [x, y, z] = self.normal.abs().to_array();
+        let most = MARGIN * rounding * (x + y + z);
+        let is_on = |face: &usize| faces[*face].iter().all(|&vertex| self.height(positions[vertex]).abs() <= most);
+        let (kept, left_out): (Vec<usize>, Vec<usize>) = self.faces.iter().copied().partition(is_on);
+        if !left_out.is_empty() {
+            self.vertices = kept.iter().flat_map(|&face| faces[face].iter().copied()).collect();
+            self.faces = kept;
+        }
+        left_out
+    }
+}
+
+/// The planes of faces.
+#[derive(Debug, Default)]
+pub(super) struct Planes {
+    planes: Vec<Plane>,
+}
+
+impl Planes {
+    /// The planes of faces, each given by its vertices, around the middle of all of them.
+    pub(super) fn of(positions: &[DVec3], faces: &[Vec<usize>], rounding: f64) -> Self {
+        let outline = |face: &usize| -> Vec<DVec3> { faces[*face].iter().map(|&vertex| positions[vertex]).collect() };
+        let mut order: Vec<(usize, f64)> = (0..faces.len()).map(|face| (face, width(&outline(&face)))).collect();
+        order.retain(|(_, width)| *width > 0.0);
+        order.sort_by(|a, b| b.1.total_cmp(&a.1));
+        let mut planes = Self::default();
+        for lever in LEVERS {
+            let mut shared = Shared::among(positions, faces, rounding, lever);
+            order.iter().for_each(|&(face, width)| shared.add(face, width));
+            let mut left_out = BTreeSet::new();
+            for mut plane in shared.planes {
+                plane.fit(positions);
+                left_out.extend(plane.leave_out(positions, faces, rounding));
+                planes.planes.push(plane);
+            }
+            order.retain(|(face, _)| left_out.contains(face));
+        }
+        planes
+    }
+
+    /// The motions of vertices onto their planes: of those that are off one by more than `flat`.
+    pub(super) fn settle(&self, positions: &[DVec3], flat: f64, rounding: f64) -> Vec<(usize, DVec3)> {
+        let mut on: HashMap<usize, Vec<&Plane>> = HashMap::new();
+        for plane in self.planes.iter().filter(|plane| plane.vertices.len() > 3) {
+            plane.vertices.iter().for_each(|&vertex| on.entry(vertex).or_default().push(plane));
+        }
+        let mut moved: Vec<(usize, DVec3)> = Vec::new();
+        for (vertex, mut planes) in on {
+            let position = positions[vertex];
+            if planes.iter().all(|plane| plane.height(position).abs() <= flat) {
+                continue;
+            }
+            planes.sort_by_key(|plane| std::cmp::Reverse(plane.vertices.len()));
+            let motion = onto(&planes, position);
+            let first = onto(&planes[..1], position);
+            let most = FARTHEST * rounding;
+            moved.extend([motion, first].into_iter().find(|motion| motion.length() <= most).map(|motion| (vertex, motion)));
+        }
+        moved.sort_by_key(|(vertex, _)| *vertex);
+        moved
+    }
+}
+
+/// Planes that are being found, and how to find one again.
+struct Shared<'a> {
+    positions: &'a [DVec3],
+    faces: &'a [Vec<usize>],
+    rounding: f64,
+    lever: f64,
+    extent: f64,
+    planes: Vec<Plane>,
+    by_vertex: HashMap<usize, Vec<usize>>,
+    by_normal: HashMap<[i64; 4], Vec<usize>>,
+}
+
+impl<'a> Shared<'a> {
+    fn among(positions: &'a [DVec3], faces: &'a [Vec<usize>], rounding: f64, lever: f64) -> Self {
+        let extent = 2.0 * positions.iter().map(|v| v.abs().max_element()).fold(0.0, largest);
+        let (planes, by_vertex, by_normal) = (Vec::new(), HashMap::new(), HashMap::new());
+        Self { positions, faces, rounding, lever, extent, planes, by_vertex, by_normal }
+    }
+
+    /// Adds a face of this width to a plane that all of it is on, or to one of its own.
+    fn add(&mut self, face: usize, width: f64) {
+        let vertices = &self.faces[face];
+        let points: Vec<DVec3> = vertices.iter().map(|&vertex| self.positions[vertex]).collect();
+        let Some((normal, base)) = widest_triangle(&points) else { return };
+        let is_known = self.rounding <= KNOWN * width;
+        let mut near: Vec<usize> = vertices.iter().filter_map(|vertex| self.by_vertex.get(vertex)).flatten().copied().collect();
+        if is_known {
+            for key in keys(normal, points[0], self.extent, true) {
+                near.extend(self.by_normal.get(&key).into_iter().flatten());
+            }
+        }
+        near.sort_unstable();
+        near.dedup();
+        let holds_all = |plane: &Plane| {
+            (!is_known || 1.0 - plane.normal.dot(normal).abs() <= KNOWN)
+                && points.iter().all(|&point| plane.holds(point, self.rounding, self.lever))
+        };
+        let place = near.into_iter().find(|&plane| holds_all(&self.planes[plane])).unwrap_or_else(|| {
+            self.planes.push(Plane { origin: points[0], normal, base, faces: Vec::new(), vertices: BTreeSet::new() });
+            let place = self.planes.len() - 1;
+            keys(normal, points[0], self.extent, false)
+                .into_iter()
+                .for_each(|key| self.by_normal.entry(key).or_default().push(place));
+            place
+        });
+        let plane = &mut self.planes[place];
+        plane.faces.push(face);
+        for (&vertex, &point) in vertices.iter().zip(&points) {
+            if plane.vertices.insert(vertex) {
+                plane.widen(point);
+                self.by_vertex.entry(vertex).or_default().push(place);
+            }
+        }
+    }
+}
+
+/// The shortest motion of a point onto planes, the first of those that are nearly parallel.
+fn onto(planes: &[&Plane], position: DVec3) -> DVec3 {
+    let mut motion = DVec3::ZERO;
+    // Again for the rounding of the first.
+    for _ in 0..2 {
+        let mut axes: Vec<DVec3> = Vec::with_capacity(3);
+        for plane in planes {
+            let across = axes.iter().fold(plane.normal, |rest, axis| rest - *axis * axis.dot(plane.normal));
+            let length = across.length();
+            if axes.len() == 3 || length < PARALLEL {
+                continue;
+            }
+            let axis = across / length;
+            // Along this axis no plane before is left.
+            motion -= axis * (plane.height(position + motion) / length);
+            axes.push(axis);
+        }
+    }
+    motion
+}
+
+/// The unit normal of an outline, and the triangle of its vertices that is nearly the largest.
+fn widest_triangle(outline: &[DVec3]) -> Option<(DVec3, [DVec3; 3])> {
+    let (&origin, rest) = outline.split_first()?;
+    let doubled = rest.windows(2).map(|pair| (pair[0] - origin).cross(pair[1] - origin)).sum::<DVec3>();
+    let normal = doubled.normalize_or_zero();
+    let farthest = |from: &dyn Fn(DVec3) -> f64| outline.iter().copied().max_by(|a, b| from(*a).total_cmp(&from(*b)));
+    let a = farthest(&|p| (p - origin).length())?;
+    let b = farthest(&|p| (p - a).length())?;
+    let c = farthest(&|p| (p - a).cross(b - a).length())?;
+    (normal.is_finite() && normal != DVec3::ZERO).then_some((normal, [a, b, c]))
+}
+
+/// The cells of a plane, in both orientations: the one that it is in, or all that one within the tolerance may be in.
+fn keys(normal: DVec3, point: DVec3, extent: f64, is_query: bool) -> Vec<[i64; 4]> {
+    #[expect(clippy::cast_possible_truncation, reason = "both are at most 1 over the cell")]
+    let cell = |value: f64| (value / CELL).floor() as i64;
+    let place = |sign: f64| {
+        let [x, y, z] = (normal * sign).to_array();
+        [x, y, z, sign * normal.dot(point) / smallest(extent, f64::MAX)]
+    };
+    if !is_query {
+        return vec![place(1.0).map(cell)];
+    }
+    let mut keys = Vec::new();
+    for place in [1.0, -1.0].map(place) {
+        let ranges = place.map(|value| cell(value - KNOWN)..=cell(value + KNOWN));
+        let [xs, ys, zs, ds] = ranges;
+        for x in xs {
+            for y in ys.clone() {
+                for z in zs.clone() {
+                    keys.extend(ds.clone().map(|d| [x, y, z, d]));
+                }
+            }
+        }
+    }
+    keys
+}
