@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use radgrad_core::{DVec3, Polygon};
 
-use super::{Note, Scene, split};
+use super::{Note, Scene, WrittenPrecision, split};
 use crate::reading::Budget;
 use crate::texture::Chart;
 use crate::{Error, Face, Materials, Place, Position, Reading, Surface};
@@ -59,12 +59,14 @@ pub(crate) struct Intake {
     ignored: HashSet<String>,
     /// The first note that there was no room for.
     overdrawn: Option<Error>,
+    written: WrittenPrecision,
 }
 
 impl Intake {
     pub(crate) fn new(scene: Scene, file: &Path, reading: Reading, budget: &Rc<Budget>) -> Self {
         let (budget, surfaces, ignored) = (Rc::clone(budget), HashMap::new(), HashSet::new());
-        Self { scene, file: file.into(), reading, budget, surfaces, ignored, overdrawn: None }
+        let written = WrittenPrecision::new();
+        Self { scene, file: file.into(), reading, budget, surfaces, ignored, overdrawn: None, written }
     }
 
     /// Of the file of a mesh without materials: black, and its index.
@@ -76,6 +78,11 @@ impl Intake {
 
     pub(crate) fn budget(&self) -> &Budget {
         &self.budget
+    }
+
+    /// The coordinates as the file writes them.
+    pub(crate) const fn written(&mut self) -> &mut WrittenPrecision {
+        &mut self.written
     }
 
     /// Whether faces may do without the values of their material.
