@@ -14,6 +14,7 @@ mod healing;
 mod intake;
 mod material;
 mod note;
+mod precision;
 mod prepared;
 pub(crate) mod split;
 
@@ -32,6 +33,7 @@ pub use intake::Degenerate;
 pub(crate) use intake::{Intake, Outline};
 pub use material::Material;
 pub use note::Note;
+pub(crate) use precision::{Digits, Written, WrittenPrecision};
 pub use prepared::{Placement, Prepared};
 pub(crate) use split::triangles;
 

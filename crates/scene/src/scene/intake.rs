@@ -8,7 +8,7 @@ use std::sync::Arc;
 use radgrad_core::{DVec3, Polygon};
 
 use super::assembly::Assembly;
-use super::{Note, Scene};
+use super::{Note, Scene, WrittenPrecision};
 use crate::reading::Budget;
 use crate::texture::Chart;
 use crate::{Error, Face, Materials, Place, Position, Reading, Surface};
@@ -62,8 +62,6 @@ pub(super) struct Given {
 pub(crate) struct Intake {
     scene: Scene,
     given: Vec<Given>,
-    /// The rounding of its coordinates.
-    rounding: f64,
     file: Arc<Path>,
     reading: Reading,
     budget: Rc<Budget>,
@@ -72,13 +70,14 @@ pub(crate) struct Intake {
     ignored: HashSet<String>,
     /// The first note that there was no room for.
     overdrawn: Option<Error>,
+    written: WrittenPrecision,
 }
 
 impl Intake {
     pub(crate) fn new(scene: Scene, file: &Path, reading: Reading, budget: &Rc<Budget>) -> Self {
         let (budget, surfaces, ignored) = (Rc::clone(budget), HashMap::new(), HashSet::new());
-        let (given, rounding) = (Vec::new(), reading.precision.unwrap_or(0.0));
-        Self { scene, given, rounding, file: file.into(), reading, budget, surfaces, ignored, overdrawn: None }
+        let (given, written) = (Vec::new(), WrittenPrecision::new());
+        Self { scene, given, written, file: file.into(), reading, budget, surfaces, ignored, overdrawn: None }
     }
 
     /// Of the file of a mesh without materials: black, and its index.
@@ -90,6 +89,11 @@ impl Intake {
 
     pub(crate) fn budget(&self) -> &Budget {
         &self.budget
+    }
+
+    /// The coordinates as the file writes them.
+    pub(crate) const fn written(&mut self) -> &mut WrittenPrecision {
+        &mut self.written
     }
 
     /// Whether faces may do without the values of their material.
@@ -184,8 +188,9 @@ impl Intake {
             return Err(error);
         }
         let mut scene = self.scene;
+        let rounding = self.reading.precision.unwrap_or_else(|| self.written.rounding());
         Assembly { scene: &mut scene, budget: &self.budget, degenerate: self.reading.degenerate }
-            .add(self.given, self.rounding)?;
+            .add(self.given, rounding)?;
         if scene.faces.is_empty() {
             let left_out = scene.notes.iter().any(|note| matches!(note, Note::LeftOut { .. }));
             let found = if left_out { "only such as were left out" } else { "none" };
