@@ -8,7 +8,7 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
-use crate::{Degenerate, Error};
+use crate::{Degenerate, Error, Overlaps};
 
 /// Gives the content of a file that another one names. Not generic, so that readers are compiled once.
 pub(crate) type ReadFile<'a> = dyn FnMut(&Path) -> io::Result<Vec<u8>> + 'a;
@@ -32,6 +32,8 @@ pub struct Reading {
     pub allow_outside: bool,
     /// Whether the values of the materials are needed.
     pub materials: Materials,
+    /// What becomes of faces that overlap in one plane.
+    pub overlaps: Overlaps,
 }
 
 /// Whether the values of the materials are needed. Form factors depend on shapes alone.
@@ -54,7 +56,13 @@ impl Reading {
 
 impl Default for Reading {
     fn default() -> Self {
-        Self { degenerate: Degenerate::default(), budget: Self::BUDGET, allow_outside: false, materials: Materials::default() }
+        Self {
+            degenerate: Degenerate::default(),
+            budget: Self::BUDGET,
+            allow_outside: false,
+            materials: Materials::default(),
+            overlaps: Overlaps::default(),
+        }
     }
 }
 

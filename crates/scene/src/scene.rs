@@ -12,6 +12,7 @@ mod bytes;
 mod intake;
 mod material;
 mod note;
+mod overlaps;
 mod prepared;
 pub(crate) mod split;
 
@@ -30,6 +31,7 @@ pub use intake::Degenerate;
 pub(crate) use intake::{Intake, Outline};
 pub use material::Material;
 pub use note::Note;
+pub use overlaps::Overlaps;
 pub use prepared::{Placement, Prepared};
 pub(crate) use split::triangles;
 

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use radgrad_core::{DVec3, Polygon};
 
-use super::{Note, Scene, split};
+use super::{Note, Scene, overlaps, split};
 use crate::reading::Budget;
 use crate::texture::Chart;
 use crate::{Error, Face, Materials, Place, Position, Reading, Surface};
@@ -244,6 +244,18 @@ impl Intake {
 
     /// The scene, if it has faces; surfaces that got none are left out.
     pub(crate) fn finish(self) -> Result<Scene, Error> {
+        let (budget, overlaps) = (Rc::clone(&self.budget), self.reading.overlaps);
+        let mut scene = self.as_given()?;
+        let count = scene.faces.len();
+        overlaps::resolve(&mut scene, 0.0, overlaps)?;
+        let added = scene.faces.len().saturating_sub(count);
+        budget.take_many("pieces of faces", added, size_of::<Face>() + 40 * size_of::<DVec3>())?;
+        scene.leave_out_empty_surfaces();
+        Ok(scene)
+    }
+
+    /// The same with faces that overlap.
+    pub(crate) fn as_given(self) -> Result<Scene, Error> {
         if let Some(error) = self.overdrawn {
             return Err(error);
         }
@@ -253,12 +265,18 @@ impl Intake {
             return Err(Error::expected("at least one face", found).at(self.place(Position::File)));
         }
         let mut scene = self.scene;
-        scene.surfaces.retain(|surface| !surface.faces.is_empty());
-        for (index, surface) in scene.surfaces.iter().enumerate() {
+        scene.leave_out_empty_surfaces();
+        Ok(scene)
+    }
+}
+
+impl Scene {
+    fn leave_out_empty_surfaces(&mut self) {
+        self.surfaces.retain(|surface| !surface.faces.is_empty());
+        for (index, surface) in self.surfaces.iter().enumerate() {
             for &face in &surface.faces {
-                scene.faces[face].surface = index;
+                self.faces[face].surface = index;
             }
         }
-        Ok(scene)
     }
 }

@@ -13,7 +13,7 @@
 
 use radgrad_core::{DVec3, Polygon};
 
-use super::{Face, Scene};
+use super::{Face, Scene, overlaps};
 use crate::occluders::Occluders;
 use crate::projection::normalising_power;
 use crate::texture::Quantity;
@@ -106,13 +106,9 @@ impl Prepared {
     pub fn of(scene: &Scene) -> Result<Self, Error> {
         let placement = Placement::of(scene);
         let ready = scene.placed(&placement)?;
-        let polygons: Vec<&Polygon> = ready.polygons().collect();
-        let index = Occluders::new(polygons.iter().copied());
-        let exchanges = |face: usize| ready.exchanges(face);
-        if let Some(overlap) = index.overlap(&polygons, exchanges) {
-            let faces = overlap.polygons.map(|face| scene.name_of(face));
-            return Err(Error::Overlap { faces, at: placement.outward(overlap.at), share: overlap.share });
-        }
+        let index = Occluders::new(ready.polygons());
+        let pairs = overlaps::pairs(&ready, &index, 0.0);
+        overlaps::refused(pairs.iter().map(|pair| pair.named(scene, |at| placement.outward(at))))?;
         let mut warnings: Vec<Warning> = coarse(scene).into_iter().collect();
         warnings.extend(ready.unlit(&index));
         Ok(Self { scene: ready, placement, index, warnings })
