@@ -4,7 +4,7 @@ use std::io::IsTerminal;
 use std::path::PathBuf;
 
 use indicatif::{ProgressBar, ProgressStyle};
-use radgrad_scene::{Degenerate, Error, Materials, Reading, Scene};
+use radgrad_scene::{Degenerate, Error, Materials, Overlaps, Reading, Scene};
 
 use crate::say::say;
 
@@ -27,16 +27,40 @@ pub(crate) struct SceneFile {
     /// Memory that reading may take, and so may points, grids and pictures: bytes, or a number with K, M or G.
     #[arg(long, value_name = "BYTES", default_value = "256M", value_parser = bytes)]
     pub(crate) budget: u64,
+    /// Faces that overlap in one plane: the larger one is cut around those that lie in it, a face that is there twice is left out once, and
+    /// faces that overlap in another way are refused (nested); the larger one is cut anyway (cut); all are refused (refuse).
+    #[arg(long, value_enum, value_name = "WHAT", default_value = "nested", hide_possible_values = true)]
+    overlaps: OverlapsArg,
     /// Read files that the scene names also where they lie outside its folder.
     #[arg(long)]
     allow_outside: bool,
+}
+
+/// [`Overlaps`] on the command line.
+#[derive(Debug, Clone, Copy, clap::ValueEnum)]
+enum OverlapsArg {
+    Nested,
+    Cut,
+    Refuse,
+}
+
+impl From<OverlapsArg> for Overlaps {
+    fn from(overlaps: OverlapsArg) -> Self {
+        match overlaps {
+            OverlapsArg::Nested => Self::Nested,
+            OverlapsArg::Cut => Self::Cut,
+            OverlapsArg::Refuse => Self::Refuse,
+        }
+    }
 }
 
 impl SceneFile {
     /// Reads the scene, and prints the reader's changes on the standard error.
     pub(crate) fn read(&self, materials: Materials) -> Result<Scene, Error> {
         let degenerate = if self.drop_degenerate { Degenerate::Drop } else { Degenerate::Refuse };
-        let reading = Reading { degenerate, budget: self.budget, allow_outside: self.allow_outside, materials, precision: self.precision };
+        let (overlaps, precision) = (self.overlaps.into(), self.precision);
+        let Self { budget, allow_outside, .. } = *self;
+        let reading = Reading { degenerate, budget, allow_outside, materials, overlaps, precision };
         let scene = Scene::read(&self.path, reading)?;
         scene.notes().iter().take(MOST_NOTES).for_each(say);
         if let Some(more @ 1..) = scene.notes().len().checked_sub(MOST_NOTES) {

@@ -47,7 +47,8 @@ impl SceneCore {
         need_materials: bool,
     ) -> PyResult<Self> {
         let materials = if need_materials { Materials::Required } else { Materials::Optional };
-        let reading = Reading { degenerate: degenerate(drop_degenerate), budget, allow_outside, materials };
+        let degenerate = degenerate(drop_degenerate);
+        let reading = Reading { degenerate, budget, allow_outside, materials, ..Reading::default() };
         py.detach(|| Scene::read(file, reading)).map(Self::of).map_err(refused)
     }
 

@@ -1,5 +1,6 @@
 //! The errors of cases and scenes.
 
+use std::fmt;
 use std::path::PathBuf;
 
 use crate::Place;
@@ -207,19 +208,17 @@ pub enum Error {
         /// The distance allowed.
         allowed: f64,
     },
-    /// Two faces lie in one plane, face the same way and overlap.
+    /// Faces lie in one plane, face the same way and overlap.
     #[error(
-        "{} and {} overlap in one plane around ({:?}, {:?}, {:?}), on {:.3} % of the smaller: light from there would count twice. \
-         Leave one of them out, cut it out of the other, or move it before the other",
-        faces[0], faces[1], at.x, at.y, at.z, 100.0 * share
+        "{}: light from there would count twice. Leave one of them out, cut it out of the other (`--overlaps cut`, \
+         `Scene::resolve_overlaps`), or move it before the other",
+        Overlapping::listed(pairs, *more)
     )]
     Overlap {
-        /// The faces with their surfaces, and their places where they were read.
-        faces: [String; 2],
-        /// A point of both.
-        at: radgrad_core::DVec3,
-        /// The part of the smaller one that both have.
-        share: f64,
+        /// The pairs.
+        pairs: Vec<Overlapping>,
+        /// As many more there are.
+        more: usize,
     },
     /// The sum of a face's form factors to all others is more than 1.
     #[error("{face} sees {sum} of its hemisphere covered, which is more than 1: faces before it overlap, and would count twice")]
@@ -278,6 +277,36 @@ pub enum Error {
         /// The system's message.
         reason: String,
     },
+}
+
+/// Two faces that overlap.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Overlapping {
+    /// The faces with their surfaces, and their places where they were read.
+    pub faces: [String; 2],
+    /// A point of both.
+    pub at: radgrad_core::DVec3,
+    /// The part of the smaller one that both have.
+    pub share: f64,
+}
+
+impl Overlapping {
+    fn listed(pairs: &[Self], more: usize) -> String {
+        let said = pairs.iter().map(ToString::to_string);
+        said.chain((more > 0).then(|| format!("and {more} pairs more"))).collect::<Vec<_>>().join("; ")
+    }
+}
+
+impl fmt::Display for Overlapping {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { faces: [first, second], at, share } = self;
+        let (x, y, z) = (at.x, at.y, at.z);
+        write!(
+            f,
+            "{first} and {second} overlap in one plane around ({x:?}, {y:?}, {z:?}), on {:.3} % of the smaller",
+            100.0 * share
+        )
+    }
 }
 
 impl Error {

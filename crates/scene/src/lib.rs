@@ -28,7 +28,7 @@ pub mod view3d;
 mod warning;
 mod words;
 
-pub use error::Error;
+pub use error::{Error, Overlapping};
 pub use extremes::{largest, smallest};
 pub use factors::{
     ComputedRow, Entry, Factor, FactorBlock, FactorMatrix, FactorSettings, FieldCell, FormFactors, Repaired, SurfaceFactor,
@@ -39,7 +39,7 @@ pub use occluders::{Beam, Found, Occluders, contains};
 pub use place::{Place, Position};
 pub use reading::{Materials, Reading, read_file};
 pub use scene::split::triangles as triangulate;
-pub use scene::{Degenerate, Face, GivenFace, Material, Modelling, Note, Placement, Prepared, Scene, Surface};
+pub use scene::{Degenerate, Face, GivenFace, Material, Modelling, Note, Overlaps, Placement, Prepared, Scene, Surface};
 pub use texture::{Chart, Piece, Quantity, Texture, Wrap};
 pub use warning::Warning;
 pub use words::printable;

@@ -8,7 +8,7 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
-use crate::{Degenerate, Error};
+use crate::{Degenerate, Error, Overlaps};
 
 /// Gives the content of a file that another one names. Not generic, so that readers are compiled once.
 pub(crate) type ReadFile<'a> = dyn FnMut(&Path) -> io::Result<Vec<u8>> + 'a;
@@ -35,6 +35,8 @@ pub struct Reading {
     /// By how much coordinates may be off, in their unit: 0 where they are exact. If it is not given, it is told from how the
     /// coordinates are written.
     pub precision: Option<f64>,
+    /// What becomes of faces that overlap in one plane.
+    pub overlaps: Overlaps,
 }
 
 /// Whether the values of the materials are needed. Form factors depend on shapes alone.
@@ -63,6 +65,7 @@ impl Default for Reading {
             allow_outside: false,
             materials: Materials::default(),
             precision: None,
+            overlaps: Overlaps::default(),
         }
     }
 }

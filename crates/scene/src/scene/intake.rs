@@ -8,7 +8,7 @@ use std::sync::Arc;
 use radgrad_core::{DVec3, Polygon};
 
 use super::assembly::Assembly;
-use super::{Note, Scene, WrittenPrecision};
+use super::{Note, Scene, WrittenPrecision, overlaps};
 use crate::reading::Budget;
 use crate::texture::Chart;
 use crate::{Error, Face, Materials, Place, Position, Reading, Surface};
@@ -183,25 +183,32 @@ impl Intake {
 
     /// The scene, if it has faces; surfaces that got none are left out.
     pub(crate) fn finish(self) -> Result<Scene, Error> {
+        let (budget, overlaps) = (Rc::clone(&self.budget), self.reading.overlaps);
+        let mut scene = self.as_given()?;
+        let count = scene.faces.len();
+        let rounding = scene.modelling.precision;
+        overlaps::resolve(&mut scene, rounding, overlaps)?;
+        let added = scene.faces.len().saturating_sub(count);
+        budget.take_many("pieces of faces", added, size_of::<Face>() + 40 * size_of::<DVec3>())?;
+        scene.leave_out_empty_surfaces();
+        Ok(scene)
+    }
+
+    /// The same with faces that overlap.
+    pub(crate) fn as_given(self) -> Result<Scene, Error> {
         let place = self.place(Position::File);
         if let Some(error) = self.overdrawn {
             return Err(error);
         }
         let mut scene = self.scene;
         let rounding = self.reading.precision.unwrap_or_else(|| self.written.rounding());
-        Assembly { scene: &mut scene, budget: &self.budget, degenerate: self.reading.degenerate }
-            .add(self.given, rounding)?;
+        Assembly { scene: &mut scene, budget: &self.budget, degenerate: self.reading.degenerate }.add(self.given, rounding)?;
         if scene.faces.is_empty() {
             let left_out = scene.notes.iter().any(|note| matches!(note, Note::LeftOut { .. }));
             let found = if left_out { "only such as were left out" } else { "none" };
             return Err(Error::expected("at least one face", found).at(place));
         }
-        scene.surfaces.retain(|surface| !surface.faces.is_empty());
-        for (index, surface) in scene.surfaces.iter().enumerate() {
-            for &face in &surface.faces {
-                scene.faces[face].surface = index;
-            }
-        }
+        scene.leave_out_empty_surfaces();
         Ok(scene)
     }
 }
@@ -211,4 +218,15 @@ pub(super) fn take_face(budget: &Budget, vertices: usize) -> Result<(), Error> {
     // A polygon keeps more of an edge than its vertex: about ten times as much.
     let size = size_of::<Face>() + vertices.saturating_mul(10 * size_of::<DVec3>());
     budget.take_many("faces", 1, size)
+}
+
+impl Scene {
+    fn leave_out_empty_surfaces(&mut self) {
+        self.surfaces.retain(|surface| !surface.faces.is_empty());
+        for (index, surface) in self.surfaces.iter().enumerate() {
+            for &face in &surface.faces {
+                self.faces[face].surface = index;
+            }
+        }
+    }
 }

@@ -70,6 +70,52 @@ pub enum Note {
         /// The largest reflectance that was left.
         most: f64,
     },
+    /// Of two faces that are the same one was left out.
+    SameFace {
+        /// Where the one left out is.
+        place: Option<Place>,
+        /// Its name.
+        face: String,
+        /// The name and the place of the one that was kept.
+        kept: String,
+        /// Whether that is the later one, since it emits light and the other does not.
+        emits: bool,
+        /// The material of the one left out, if it is another.
+        unused: Option<String>,
+    },
+    /// A face was cut around smaller ones that lie in it.
+    Cut {
+        /// Where the face is.
+        place: Option<Place>,
+        /// Its name.
+        face: String,
+        /// Pieces that are left of it.
+        pieces: usize,
+        /// The name and the place of the first of those that it was cut around.
+        around: String,
+        /// How many more there are.
+        more: usize,
+    },
+    /// A face was left out since smaller ones cover all of it.
+    Covered {
+        /// Where the face is.
+        place: Option<Place>,
+        /// Its name.
+        face: String,
+        /// The name and the place of the first of those that cover it.
+        by: String,
+        /// How many more there are.
+        more: usize,
+    },
+    /// Faces overlap by no more than the rounding of coordinates explains, and were left as they are.
+    SmallOverlaps {
+        /// Where the first one is.
+        place: Option<Place>,
+        /// Pairs of such faces.
+        pairs: usize,
+        /// The largest error of a coordinate.
+        precision: f64,
+    },
     /// A part of the file was not used.
     Ignored {
         /// Where it stands first.
@@ -85,6 +131,10 @@ impl Note {
     pub const fn place(&self) -> Option<&Place> {
         match self {
             Self::Capped { .. } => None,
+            Self::SameFace { place, .. }
+            | Self::Cut { place, .. }
+            | Self::Covered { place, .. }
+            | Self::SmallOverlaps { place, .. } => place.as_ref(),
             Self::Split { place, .. }
             | Self::SplitForTexture { place, .. }
             | Self::Healed { place, .. }
@@ -131,6 +181,25 @@ impl fmt::Display for Note {
                     None => write!(f, "it is thinner than the rounding of its coordinates, {precision:.1e}"),
                 }
             }
+            Self::SameFace { face, kept, emits, unused, .. } => {
+                write!(f, "{} is left out: it is the same as {}", printable(face), printable(kept))?;
+                if *emits {
+                    f.write_str(", which emits light")?;
+                }
+                unused.as_ref().map_or(Ok(()), |material| write!(f, "; its material `{}` is not used", printable(material)))
+            }
+            Self::Cut { face, pieces, around, more, .. } => {
+                let parts = if *pieces == 1 { "its rest".to_owned() } else { format!("{pieces} pieces") };
+                write!(f, "{} is cut into {parts} around {}{}", printable(face), printable(around), others(*more))
+            }
+            Self::Covered { face, by, more, .. } => {
+                write!(f, "{} is left out: all of it is covered by {}{}", printable(face), printable(by), others(*more))
+            }
+            Self::SmallOverlaps { pairs, precision, .. } => write!(
+                f,
+                "{pairs} pairs of faces, here the first, overlap by no more than coordinates rounded by {precision:.1e} explain: \
+                 left as they are"
+            ),
             Self::Ignored { what, .. } => f.write_str(&printable(what)),
         }
     }
@@ -143,5 +212,14 @@ impl fmt::Display for Counted {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self(count, thing) = *self;
         write!(f, "{count} {thing}{}", if count == 1 { "" } else { "s" })
+    }
+}
+
+/// Others that are not named.
+fn others(count: usize) -> String {
+    match count {
+        0 => String::new(),
+        1 => " and one other".to_owned(),
+        count => format!(" and {count} others"),
     }
 }

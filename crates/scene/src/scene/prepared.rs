@@ -15,7 +15,7 @@
 use radgrad_core::{DVec3, Polygon};
 
 use super::healing::weld;
-use super::{Face, Scene};
+use super::{Face, Modelling, Scene, overlaps};
 use crate::occluders::Occluders;
 use crate::projection::normalising_power;
 use crate::texture::Quantity;
@@ -108,13 +108,9 @@ impl Prepared {
     pub fn of(scene: &Scene) -> Result<Self, Error> {
         let placement = Placement::of(scene);
         let ready = scene.placed(&placement)?;
-        let polygons: Vec<&Polygon> = ready.polygons().collect();
-        let index = Occluders::new(polygons.iter().copied());
-        let exchanges = |face: usize| ready.exchanges(face);
-        if let Some(overlap) = index.overlap(&polygons, exchanges) {
-            let faces = overlap.polygons.map(|face| scene.name_of(face));
-            return Err(Error::Overlap { faces, at: placement.outward(overlap.at), share: overlap.share });
-        }
+        let index = Occluders::new(ready.polygons());
+        let pairs = overlaps::pairs(&ready, &index, ready.modelling.precision);
+        overlaps::refused(pairs.iter().map(|pair| pair.named(scene, |at| placement.outward(at))))?;
         let mut warnings: Vec<Warning> = coarse(scene).into_iter().collect();
         warnings.extend(ready.unlit(&index));
         Ok(Self { scene: ready, placement, index, warnings })
@@ -145,10 +141,13 @@ impl Scene {
             }
             outlines.push(to);
         }
+        let Modelling { precision, distance, .. } = &mut scene.modelling;
+        (*precision, *distance) = (*precision * placement.power, *distance * placement.power);
         if placement.centre != DVec3::ZERO {
             let coordinates = self.polygons().flat_map(Polygon::vertices).map(|v| v.abs().max_element());
             // Half a unit in the last place of the largest, and half of that again.
             let rounding = 0.75 * f64::EPSILON * coordinates.fold(0.0, largest) * placement.power;
+            *precision += rounding;
             let mut welded = weld(outlines.iter().map(Vec::as_slice), rounding);
             welded.flatten(rounding);
             outlines = (0..outlines.len()).map(|face| welded.outline(face)).collect();

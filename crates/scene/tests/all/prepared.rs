@@ -89,7 +89,7 @@ fn faces_that_overlap_have_no_factors() {
     twice.add_face(again, 0, floor, None).unwrap();
     let error = FormFactors::new(&twice).unwrap_err();
     assert!(
-        matches!(&error, Error::Overlap { faces: [a, b], .. } if a == "face 0 of `floor`" && b == "face 3 of `again`"),
+        matches!(&error, Error::Overlap { pairs, .. } if pairs[0].faces == ["face 0 of `floor`", "face 3 of `again`"]),
         "{error}"
     );
 }
