@@ -219,6 +219,7 @@ pub(crate) fn awkward(sampler: &mut Sampler) -> Case {
         emitter: EmitterRecord { vertices: vertices.iter().map(DVec3::to_array).collect(), emission },
         occluders: Vec::new(),
         tolerance: 1e-12,
+        precision: 0.0,
     }
 }
 
@@ -281,6 +282,7 @@ pub(crate) fn constant(id: &str, [position, facing]: [DVec3; 2], vertices: &[DVe
         },
         occluders: Vec::new(),
         tolerance: 1e-12,
+        precision: 0.0,
     }
 }
 

@@ -56,12 +56,20 @@ pub enum Error {
         size: f64,
     },
     /// Two edges that are not neighbours meet, or two neighbours overlap.
-    #[error("edges {first} and {second} meet: the polygon must be simple")]
+    #[error("edges {first} and {second} meet{}", rule_for_meeting(precision))]
     NotSimple {
         /// Index of the first edge (edge `i` starts at vertex `i`).
         first: usize,
         /// Index of the second edge.
         second: usize,
+        /// The distance by which each coordinate may be off.
+        precision: f64,
+    },
+    /// A precision is negative, or not finite.
+    #[error("precision is {value}: it is a length by which coordinates may be off, finite and not negative")]
+    Precision {
+        /// The precision as given.
+        value: f64,
     },
     /// The receiver's position has a coordinate that is NaN or infinite.
     #[error("receiver position is {value}: coordinates must be finite")]
@@ -206,4 +214,11 @@ pub enum Error {
         /// `radiosity`, `gradient` or `Hessian`.
         quantity: &'static str,
     },
+}
+
+fn rule_for_meeting(precision: &f64) -> String {
+    if *precision == 0.0 {
+        return ": the polygon must be simple".into();
+    }
+    format!(", and exchanging neighbours within the precision {precision:e} does not part them: the polygon must be simple")
 }

@@ -89,8 +89,8 @@ pub(crate) struct Emitter(pub(crate) radgrad_core::Emitter);
 #[pymethods]
 impl Emitter {
     #[new]
-    fn new(vertices: PyReadonlyArrayDyn<'_, f64>, emission: &Bound<'_, PyAny>) -> PyResult<Self> {
-        let polygon = Polygon::new(vectors(&vertices)?).map_err(refused)?;
+    fn new(vertices: PyReadonlyArrayDyn<'_, f64>, emission: &Bound<'_, PyAny>, precision: f64) -> PyResult<Self> {
+        let polygon = Polygon::from_rounded(vectors(&vertices)?, precision).map_err(refused)?;
         radgrad_core::Emitter::new(polygon, stated(emission)?).map(Self).map_err(refused)
     }
 
@@ -98,6 +98,12 @@ impl Emitter {
     #[getter]
     fn vertices<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         vertices_of(py, self.0.polygon())
+    }
+
+    /// The length by which each coordinate of a vertex may be off.
+    #[getter]
+    fn precision(&self) -> f64 {
+        self.0.polygon().precision()
     }
 
     /// What was stated: a number, an array of a number for each vertex, [`Affine`] or [`Polynomial`].
@@ -132,7 +138,8 @@ impl Emitter {
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
-        let arguments = (slf.get().vertices(slf.py())?, slf.get().emission(slf.py())?).into_pyobject(slf.py())?;
+        let arguments =
+            (slf.get().vertices(slf.py())?, slf.get().emission(slf.py())?, slf.get().precision()).into_pyobject(slf.py())?;
         Ok((slf.getattr("__class__")?, arguments))
     }
 }
@@ -165,10 +172,10 @@ pub(crate) fn all<'a>(emitters: &'a [PyRef<'_, Emitter>]) -> Vec<&'a radgrad_cor
     emitters.iter().map(|emitter| &emitter.0).collect()
 }
 
-/// Polygons that hide, each an array of vertices.
-pub(crate) fn occluders(all: &[PyReadonlyArrayDyn<'_, f64>]) -> PyResult<Vec<Polygon>> {
-    let polygon = |(index, vertices): (usize, &PyReadonlyArrayDyn<'_, f64>)| {
-        Polygon::new(vectors(vertices)?).map_err(|error| refused(format!("occluder {index}: {error}")))
+/// Polygons that hide, each an array of vertices and their precision.
+pub(crate) fn occluders(all: &[(PyReadonlyArrayDyn<'_, f64>, f64)]) -> PyResult<Vec<Polygon>> {
+    let polygon = |(index, (vertices, precision)): (usize, &(PyReadonlyArrayDyn<'_, f64>, f64))| {
+        Polygon::from_rounded(vectors(vertices)?, *precision).map_err(|error| refused(format!("occluder {index}: {error}")))
     };
     all.iter().enumerate().map(polygon).collect()
 }

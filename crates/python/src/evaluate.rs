@@ -292,7 +292,7 @@ pub(crate) fn evaluate<'py>(
     normals: Numbers<'py>,
     reflectances: Numbers<'py>,
     emitters: Vec<PyRef<'py, Emitter>>,
-    occluders: Vec<PyReadonlyArrayDyn<'py, f64>>,
+    occluders: Vec<(PyReadonlyArrayDyn<'py, f64>, f64)>,
     tolerance: f64,
     shape: Vec<usize>,
 ) -> PyResult<Bound<'py, PyTuple>> {
@@ -371,7 +371,7 @@ pub(crate) fn digits(
     normal: PyReadonlyArrayDyn<'_, f64>,
     reflectance: PyReadonlyArrayDyn<'_, f64>,
     emitter: PyRef<'_, Emitter>,
-    occluders: Vec<PyReadonlyArrayDyn<'_, f64>>,
+    occluders: Vec<(PyReadonlyArrayDyn<'_, f64>, f64)>,
     digits: u32,
 ) -> PyResult<(String, [String; 3], String, String)> {
     let receiver = Points::new(&position, &normal, &reflectance)?.receiver(0).map_err(refused)?;
@@ -389,7 +389,7 @@ pub(crate) fn hessian<'py>(
     normals: PyReadonlyArrayDyn<'py, f64>,
     reflectances: PyReadonlyArrayDyn<'py, f64>,
     emitters: Vec<PyRef<'py, Emitter>>,
-    occluders: Vec<PyReadonlyArrayDyn<'py, f64>>,
+    occluders: Vec<(PyReadonlyArrayDyn<'py, f64>, f64)>,
     tolerance: f64,
     shape: Vec<usize>,
 ) -> PyResult<Bound<'py, PyTuple>> {

@@ -7,7 +7,8 @@
 //!
 //! (here on two lines to be read by people). `normal` may have any length; `reflectance` is 1, `occluders` none and the
 //! relative `tolerance` 1e-12 unless given. `"digits": 50` asks for decimal digits, `"hessian": true` for second derivatives too:
-//! they are no part of the [`Case`] but of the [`Line`]. `truth`, `family` and `comment` may stand beside them and are passed over; any other field
+//! they are no part of the [`Case`] but of the [`Line`]. `"precision"` is the length by which each coordinate of a vertex may be off, of
+//! emitter and occluders alike: 0 unless given ([`Polygon::from_rounded`]). `truth`, `family` and `comment` may stand beside them and are passed over; any other field
 //! is refused, since a misspelt one would go unseen. Lengths are in one unit of the caller's choice,
 //! emission in any unit. Doubles are read and written exactly: the text of a [`Case`] reads back as the same case, bit for bit.
 //!
@@ -56,6 +57,14 @@ pub struct Case {
     pub occluders: Vec<Vec<[f64; 3]>>,
     /// Relative tolerance asked for, of value and gradient.
     pub tolerance: f64,
+    /// Length by which each coordinate of a vertex may be off.
+    #[serde(skip_serializing_if = "is_0")]
+    pub precision: f64,
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde passes fields so")]
+fn is_0(value: &f64) -> bool {
+    *value == 0.0
 }
 
 /// All that may stand in a line.
@@ -69,6 +78,8 @@ struct Fields {
     occluders: Vec<Vec<[f64; 3]>>,
     #[serde(default = "default_tolerance")]
     tolerance: f64,
+    #[serde(default)]
+    precision: f64,
     digits: Option<u32>,
     #[serde(default)]
     hessian: bool,
@@ -81,8 +92,8 @@ struct Fields {
 }
 
 impl From<Fields> for Case {
-    fn from(Fields { id, receiver, emitter, occluders, tolerance, .. }: Fields) -> Self {
-        Self { id, receiver, emitter, occluders, tolerance }
+    fn from(Fields { id, receiver, emitter, occluders, tolerance, precision, .. }: Fields) -> Self {
+        Self { id, receiver, emitter, occluders, tolerance, precision }
     }
 }
 
@@ -166,6 +177,7 @@ impl Case {
     fn parts(&self) -> Result<Parts, Error> {
         let ReceiverRecord { position, normal, reflectance } = &self.receiver;
         let receiver = Receiver::new(DVec3::from_array(*position), DVec3::from_array(*normal), *reflectance);
+        let polygon = |v: &[[f64; 3]]| Polygon::from_rounded(v.iter().map(|&v| DVec3::from_array(v)).collect(), self.precision);
         let occluders = self.occluders.iter().enumerate();
         let occluders = occluders.map(|(index, v)| polygon(v).map_err(|source| Error::Occluder { index, source }));
         if !(0.0..=1.0).contains(&self.tolerance) {
@@ -184,10 +196,6 @@ struct Parts {
     receiver: Receiver,
     polygon: Polygon,
     occluders: Vec<Polygon>,
-}
-
-fn polygon(vertices: &[[f64; 3]]) -> Result<Polygon, radgrad_core::Error> {
-    Polygon::new(vertices.iter().map(|&v| DVec3::from_array(v)).collect())
 }
 
 /// The answers that a line asks for beside radiosity and gradient in doubles.

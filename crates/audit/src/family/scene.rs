@@ -31,6 +31,7 @@ impl Scene {
             emitter: EmitterRecord { vertices: arrays(&self.vertices), emission: self.emission },
             occluders: self.occluders.iter().map(|occluder| arrays(occluder)).collect(),
             tolerance: 1e-12,
+            precision: 0.0,
         }
     }
 

@@ -163,6 +163,7 @@ impl Plane {
             emitter: EmitterRecord { vertices: corners.map(|v| v.to_array()).to_vec(), emission: emitted.record() },
             occluders: Vec::new(),
             tolerance: radgrad_core::DEFAULT_TOLERANCE,
+            precision: 0.0,
         }
     }
 }

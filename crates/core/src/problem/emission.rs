@@ -426,7 +426,8 @@ fn through_vertices(polygon: &Polygon, values: &[f64]) -> Result<Affine, Error> 
     let largest = values.iter().fold(0.0, |m: f64, b| m.max(b.abs()));
     let coordinate = vertices.iter().fold(0.0, |m: f64, v| m.max(v.abs().max_element()));
     let gradient = DVec3::from(affine.gradient.map(DoubleDouble::to_f64));
-    let allowed = AFFINITY * largest + COORDINATE_ROUNDING * coordinate * Vec3::from(gradient).length();
+    let off = COORDINATE_ROUNDING * coordinate + polygon.precision() * most_moved(polygon);
+    let allowed = AFFINITY * largest + off * Vec3::from(gradient).length();
     // Halves of halves, that do not overflow.
     let expected = |i: usize| 0.25 * values[0] + gradient.dot((vertices[i] - vertices[0]) * 0.25);
     let difference = |i: &usize| (0.25 * values[*i] - expected(*i)).abs() * 4.0;
@@ -440,6 +441,16 @@ fn through_vertices(polygon: &Polygon, values: &[f64]) -> Result<Affine, Error> 
         off.value().abs() + off.value_error()
     };
     Ok(Affine { residual: at_vertices(polygon, affine).zip(values).map(off).fold(0.0, larger), ..affine })
+}
+
+/// How far from a vertex its value is met, where the function was affine before each coordinate moved by 1: two vertices move by
+/// their diagonals, and the gradient turns by `(1/A) sum |d_i| |e_i|` over the reach.
+fn most_moved(polygon: &Polygon) -> f64 {
+    let (vertices, power) = (polygon.vertices(), normalising_power(polygon.size()));
+    let from = |i: usize, j: usize| ((vertices[i] - vertices[j]) * power).length();
+    let perimeter: f64 = (0..vertices.len()).map(|i| from(i, (i + 1) % vertices.len())).sum();
+    let reach = (0..vertices.len()).map(|i| from(i, 0)).fold(0.0, larger);
+    3.0_f64.sqrt() * (2.0 + perimeter * reach / polygon.area_scaled(power))
 }
 
 /// Whether the vertex values are exactly those of one affine function, as three always are: seen along the normal's largest

@@ -48,6 +48,7 @@ pub struct Polygon {
     size: f64,
     planarity_defect: f64,
     half_slab: f64,
+    precision: f64,
     /// Seen along the coordinate axis that shows it largest, exactly.
     is_convex: bool,
 }
@@ -83,6 +84,59 @@ impl Polygon {
     /// on one line, one is off the plane by more than `4e-12` of the size plus the rounding of the coordinates, or two edges
     /// meet.
     pub fn new(vertices: Vec<DVec3>) -> Result<Self, Error> {
+        Self::checked(vertices, 0.0)
+    }
+
+    /// A polygon through vertices of which each coordinate may be off by `precision`, as those of a renderer's quadrilaterals in
+    /// single precision are: it may be off a plane by as much as that explains, and its [`Self::planarity_defect`] goes into every
+    /// bound. The precision itself does not: the truth is that of the vertices as given.
+    ///
+    /// Where rounding has exchanged two neighbours, so that the outline runs back over itself, both are moved by at most the
+    /// precision. A precision of 0 makes it [`Self::new`].
+    ///
+    /// ```
+    /// use radgrad_core::{DVec3, Polygon};
+    /// let single = |x: f64, y: f64, z: f64| DVec3::new(x, y, z).as_vec3().as_dvec3();
+    /// let quad = [single(0.1, 0.2, 0.7), single(1.1, 0.3, 0.9), single(1.3, 1.1, 1.3), single(0.3, 1.0, 1.1)];
+    /// assert!(Polygon::new(quad.to_vec()).is_err());
+    /// let quad = Polygon::from_rounded(quad.to_vec(), 2f64.powi(-24))?;
+    /// assert!(quad.planarity_defect() < 1e-6);
+    /// # Ok::<(), radgrad_core::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// Those of [`Self::new`], flatness judged as above; and if the precision is negative or not finite.
+    pub fn from_rounded(mut vertices: Vec<DVec3>, precision: f64) -> Result<Self, Error> {
+        if !(precision.is_finite() && precision >= 0.0) {
+            return Err(Error::Precision { value: precision });
+        }
+        for _ in 0..vertices.len() {
+            match Self::checked(vertices.clone(), precision) {
+                Err(Error::NotSimple { first, second, .. }) if unfold(&mut vertices, [first, second], precision) => {}
+                result => return result,
+            }
+        }
+        Self::checked(vertices, precision)
+    }
+
+    /// The polygon through the images of its vertices under a map that multiplies lengths by `scale`, and their precision with
+    /// them.
+    ///
+    /// ```
+    /// use radgrad_core::{DVec3, Polygon};
+    /// let triangle = Polygon::from_rounded(vec![DVec3::X, DVec3::Y, DVec3::Z], 1e-6)?;
+    /// let halved = triangle.map(0.5, |vertex| vertex * 0.5)?;
+    /// assert_eq!((halved.vertices()[0].x, halved.precision()), (0.5, 5e-7));
+    /// # Ok::<(), radgrad_core::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// Those of [`Self::from_rounded`].
+    pub fn map(&self, scale: f64, image: impl FnMut(DVec3) -> DVec3) -> Result<Self, Error> {
+        Self::from_rounded(self.vertices.iter().copied().map(image).collect(), self.precision * scale.abs())
+    }
+
+    fn checked(vertices: Vec<DVec3>, precision: f64) -> Result<Self, Error> {
         let count = vertices.len();
         if count < 3 {
             return Err(Error::TooFewVertices { count });
@@ -100,14 +154,17 @@ impl Polygon {
         let offsets: Vec<Vec3<DoubleDouble>> = vertices.iter().map(|&v| exact_offset(v, origin, power)).collect();
         let (precise_normal, norm) = unit_vector(twice_area(&offsets));
         if norm <= DEGENERATE {
-            return Err(without_area(&vertices, &offsets));
+            return Err(without_area(&vertices, &offsets, precision));
         }
         let turn = |i: usize| precise_normal.dot(offsets[i].cross(offsets[i + 1])).hi;
         let widest = (1..count - 1).max_by(|&i, &j| turn(i).total_cmp(&turn(j))).unwrap_or(1);
         let planarity_defect = if is_flat(&vertices, [0, widest, widest + 1]) {
             0.0
         } else {
-            planarity_defect(&offsets, precise_normal, low.abs().max(high.abs()).max_element() * power)
+            let heights = Heights::new(&offsets, precise_normal, norm);
+            let largest = low.abs().max(high.abs()).max_element() * power;
+            heights
+                .defect(PLANARITY + COORDINATE_ROUNDING * largest, precision.min(size) * power)
                 .map_err(|defect| defect.in_unit(power, size))?
                 / power
         };
@@ -116,8 +173,8 @@ impl Polygon {
         let normal_error = count as f64 * 16.0 * ROUNDOFF_OF_DOUBLE_DOUBLE / norm + 32.0 * ROUNDOFF_OF_DOUBLE_DOUBLE;
         let normal = precise_normal.map(DoubleDouble::to_f64);
         let projected = if count > 3 { projected(&vertices, normal.into()) } else { Vec::new() };
-        if let Some(error) = meeting_edges(&projected) {
-            return Err(error);
+        if let Some([first, second]) = meeting_edges(&projected) {
+            return Err(Error::NotSimple { first, second, precision });
         }
         let corner = |i: usize| projected[i % count];
         Ok(Self {
@@ -139,6 +196,7 @@ impl Polygon {
                 (planarity_defect + 4.0 * size * (normal_error + 8.0 * ROUNDOFF_OF_DOUBLE_DOUBLE)) * (1.0 + 4.0 * f64::EPSILON)
             },
             planarity_defect,
+            precision,
         })
     }
 
@@ -215,6 +273,20 @@ impl Polygon {
     #[must_use]
     pub const fn planarity_defect(&self) -> f64 {
         self.planarity_defect
+    }
+
+    /// The distance by which each coordinate of a vertex may be off: as given to [`Self::from_rounded`], 0 for [`Self::new`].
+    ///
+    /// ```
+    /// # use radgrad_core::{DVec3, Polygon};
+    /// let corners = vec![DVec3::X, DVec3::Y, DVec3::Z];
+    /// assert_eq!(Polygon::new(corners.clone())?.precision(), 0.0);
+    /// assert_eq!(Polygon::from_rounded(corners, 1e-6)?.precision(), 1e-6);
+    /// # Ok::<(), radgrad_core::Error>(())
+    /// ```
+    #[must_use]
+    pub const fn precision(&self) -> f64 {
+        self.precision
     }
 
     /// A height over the plane that no vertex is above, and whose negative none is below: 0 where all are exactly in one plane.
@@ -320,7 +392,7 @@ fn projected(vertices: &[DVec3], normal: DVec3) -> Vec<robust::Coord<f64>> {
 }
 
 /// Two edges that meet, by exact predicates.
-fn meeting_edges(points: &[robust::Coord<f64>]) -> Option<Error> {
+fn meeting_edges(points: &[robust::Coord<f64>]) -> Option<[usize; 2]> {
     let count = points.len();
     for first in 0..count {
         let (a, b) = (points[first], points[(first + 1) % count]);
@@ -334,7 +406,7 @@ fn meeting_edges(points: &[robust::Coord<f64>]) -> Option<Error> {
                 segments_meet([a, b], [c, d])
             };
             if meet {
-                return Some(Error::NotSimple { first, second });
+                return Some([first, second]);
             }
         }
     }
@@ -342,7 +414,7 @@ fn meeting_edges(points: &[robust::Coord<f64>]) -> Option<Error> {
 }
 
 /// Why a polygon's area vanishes: its lobes cancel, or all is on one line.
-fn without_area(vertices: &[DVec3], offsets: &[Vec3<DoubleDouble>]) -> Error {
+fn without_area(vertices: &[DVec3], offsets: &[Vec3<DoubleDouble>], precision: f64) -> Error {
     // A vertex farthest from vertex 0, and one farthest from the line through both. If no vertex is off that line by more than h, no
     // two span more than 3 h times its length, so that this finds a plane wherever there is one.
     let length = |offset: &Vec3<DoubleDouble>| offset.dot(*offset).to_f64();
@@ -350,7 +422,24 @@ fn without_area(vertices: &[DVec3], offsets: &[Vec3<DoubleDouble>]) -> Error {
     let corners = farthest.into_iter().flat_map(|a| offsets.iter().map(|b| unit_vector(a.cross(*b))));
     let widest = corners.max_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, norm)| *norm > DEGENERATE);
     let crossing = widest.and_then(|(normal, _)| meeting_edges(&projected(vertices, normal.map(DoubleDouble::to_f64).into())));
-    crossing.unwrap_or(Error::ZeroArea { count: vertices.len() })
+    crossing.map_or(Error::ZeroArea { count: vertices.len() }, |[first, second]| Error::NotSimple { first, second, precision })
+}
+
+/// Exchanges the ends of an edge so short that rounding may have done so, where two edges meet because of it: whether there is one.
+fn unfold(vertices: &mut [DVec3], meeting: [usize; 2], precision: f64) -> bool {
+    let count = vertices.len();
+    let [first, second] = meeting;
+    let next = |i: usize| (i + 1) % count;
+    let length = |i: usize| (vertices[next(i)] - vertices[i]).abs().max_element();
+    let between = [(first, second), (second, first)].into_iter().filter(|&(a, b)| next(next(a)) == b).map(|(a, _)| next(a));
+    let shortest = meeting.into_iter().chain(between).min_by(|&a, &b| length(a).total_cmp(&length(b))).unwrap_or(first);
+    let distance = length(shortest);
+    let (a, b) = (vertices[shortest], vertices[next(shortest)]);
+    // Where each moves by more than half of the edge, they have changed places.
+    let share = (precision / distance).min(1.0);
+    vertices[shortest] = a + (b - a) * share;
+    vertices[next(shortest)] = b + (a - b) * share;
+    share > 0.5
 }
 
 /// A planarity defect in normalised coordinates, on its way to an error message.
@@ -366,18 +455,61 @@ impl Defect {
     }
 }
 
-/// Largest distance from the plane through vertex 0; an error where the best-fitting parallel plane is still too far off.
-fn planarity_defect(offsets: &[Vec3<DoubleDouble>], normal: Vec3<DoubleDouble>, largest: f64) -> Result<f64, Defect> {
-    let heights: Vec<f64> = offsets.iter().map(|r| normal.dot(*r).to_f64()).collect();
-    let middle = heights.iter().sum::<f64>() / heights.len() as f64;
-    let allowed = PLANARITY + COORDINATE_ROUNDING * largest;
-    let off = |h: &f64| (h - middle).abs();
-    if let Some((index, h)) = heights.iter().enumerate().max_by(|a, b| off(a.1).total_cmp(&off(b.1)))
-        && off(h) > allowed
-    {
-        return Err(Defect { index, distance: off(h), allowed });
+/// Heights of the vertices over the plane through vertex 0, normalised, and what they come from.
+struct Heights<'a> {
+    /// The vertices from the first.
+    offsets: &'a [Vec3<DoubleDouble>],
+    normal: Vec3<f64>,
+    twice_area: f64,
+    heights: Vec<f64>,
+}
+
+impl<'a> Heights<'a> {
+    fn new(offsets: &'a [Vec3<DoubleDouble>], normal: Vec3<DoubleDouble>, twice_area: f64) -> Self {
+        let heights = offsets.iter().map(|r| normal.dot(*r).to_f64()).collect();
+        Self { offsets, normal: normal.map(DoubleDouble::to_f64), twice_area, heights }
     }
-    Ok(heights.iter().fold(0.0, |worst, h| worst.max(h.abs())))
+
+    /// The largest; an error where the best-fitting parallel plane is farther off a vertex than is allowed, and its height not
+    /// [`Self::explained`].
+    fn defect(&self, allowed: f64, precision: f64) -> Result<f64, Defect> {
+        let middle = self.heights.iter().sum::<f64>() / self.heights.len() as f64;
+        let off = |h: &f64| (h - middle).abs();
+        let worst = |indices: &mut dyn Iterator<Item = usize>| {
+            indices.max_by(|&i, &j| off(&self.heights[i]).total_cmp(&off(&self.heights[j])))
+        };
+        let mut farther = (0..self.heights.len()).filter(|&i| off(&self.heights[i]) > allowed);
+        let refused = if precision > 0.0 {
+            worst(&mut farther.filter(|&i| self.heights[i].abs() > allowed + self.explained(i, precision)))
+        } else {
+            worst(&mut farther)
+        };
+        if let Some(index) = refused {
+            return Err(Defect {
+                index,
+                distance: off(&self.heights[index]),
+                allowed: allowed + self.explained(index, precision),
+            });
+        }
+        Ok(self.heights.iter().fold(0.0, |worst, h| worst.max(h.abs())))
+    }
+
+    /// The largest height that vertices have which were exactly in one plane before each coordinate moved by at most p.
+    ///
+    /// Twice the area moves by `sum d_i x D_i`, `d_i` the motion of vertex i and `D_i` the mean, before and after, of the offset
+    /// between its neighbours. Before, the height was 0; so it is `n.(d_j - d_0)`, and as much as the motion turns the normal:
+    /// `sum d_i.(D_i x r_j)` over twice the area, `r_j` from before.
+    fn explained(&self, j: usize, p: f64) -> f64 {
+        let (count, vertex) = (self.offsets.len(), |i: usize| self.offsets[i].map(|c| c.hi));
+        let sum = |v: Vec3<f64>| v.x.abs() + v.y.abs() + v.z.abs();
+        let r = vertex(j);
+        let turned = (0..count).map(|i| {
+            let across = vertex((i + 1) % count) - vertex((i + count - 1) % count);
+            // `D` and `r` differ from these by at most p and 2p in each coordinate.
+            sum(across.cross(r)) + 6.0 * p * sum(across) + 3.0 * p * sum(r) + 18.0 * p * p
+        });
+        p * (2.0 * sum(self.normal) + turned.sum::<f64>() / self.twice_area) * (1.0 + 1e-12)
+    }
 }
 
 /// Twice the area as a vector along the normal, from the offsets of the vertices from the first.

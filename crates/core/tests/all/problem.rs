@@ -1,6 +1,7 @@
 //! What makes a problem: polygons, emissions and receivers, and which of them are refused.
 
 use radgrad_core::{DVec3, Emission, Emitter, Error, Polygon, Polynomial, Receiver};
+use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
 
 fn polygon(points: &[[f64; 3]]) -> Result<Polygon, Error> {
     Polygon::new(points.iter().map(|&p| p.into()).collect())
@@ -19,9 +20,9 @@ fn wrong_polygons_are_named() {
     let message = polygon(&warped).unwrap_err().to_string();
     assert!(message.contains("off the plane") && message.contains("5.59e2"), "{message}");
     let bow_tie = [[0.0; 3], [1.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 2.0, 0.0]];
-    assert!(matches!(polygon(&bow_tie), Err(Error::NotSimple { first: 0, second: 2 })));
+    assert!(matches!(polygon(&bow_tie), Err(Error::NotSimple { first: 0, second: 2, .. })));
     let even_bow_tie = [[0.0; 3], [1.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
-    assert!(matches!(polygon(&even_bow_tie), Err(Error::NotSimple { first: 0, second: 2 })));
+    assert!(matches!(polygon(&even_bow_tie), Err(Error::NotSimple { first: 0, second: 2, .. })));
     let spike = [[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [1.0, 0.5, 0.0]];
     assert!(matches!(polygon(&spike), Err(Error::NotSimple { .. })));
 }
@@ -38,6 +39,70 @@ fn tolerances_follow_unit_and_origin() {
     }
     let needle = [[0.0; 3], [1.0, 0.0, 0.0], [0.5, 1e-12, 0.0]];
     assert_eq!(polygon(&needle).unwrap().normal(), DVec3::Z);
+}
+
+/// Polygons that were flat and simple: convex ones, thin ones, T-vertices, at any place and in any direction.
+#[test]
+fn what_rounding_explains_is_never_refused() {
+    let mut random = ChaCha8Rng::seed_from_u64(511);
+    let mut warped = 0;
+    for case in 0..3000 {
+        let mut uniform = |low: f64, high: f64| random.random_range(low..high);
+        let width = libm::pow(10.0, uniform(-4.0, 0.0));
+        let outline: &[[f64; 2]] = match case % 4 {
+            0 => &[[0.0, 0.0], [1.0, 0.0], [1.0, width], [0.0, width]],
+            1 => &[[0.0, 0.0], [1.0, 0.0], [1.0, width], [width, width], [width, 1.0], [0.0, 1.0]],
+            2 => &[[0.0, 0.0], [0.3, 0.0], [0.3 + 1e-6, 0.0], [1.0, 0.0], [1.0, 1.0], [0.5, 1.0], [0.0, 1.0]],
+            _ => &[[0.0, 0.0], [1.0, -width], [1.0 + width, 0.0], [2.0, 0.1], [1.0, width]],
+        };
+        let (u, v) = DVec3::new(uniform(-1.0, 1.0), uniform(-1.0, 1.0), uniform(-1.0, 1.0)).normalize().any_orthonormal_pair();
+        let place = DVec3::new(uniform(-1.0, 1.0), uniform(-1.0, 1.0), uniform(-1.0, 1.0)) * [1.0, 100.0][case / 4 % 2];
+        let largest = place.abs().max_element() + 3.0;
+        let precision = largest * 2f64.powi(-24);
+        // Where the outline is thinner than its rounding it may be any.
+        if width < 8.0 * precision {
+            continue;
+        }
+        let vertices: Vec<DVec3> = outline.iter().map(|p| (place + u * p[0] + v * p[1]).as_vec3().as_dvec3()).collect();
+        let polygon = match Polygon::from_rounded(vertices.clone(), precision) {
+            // Rounded to one point.
+            Err(Error::RepeatedVertex { .. }) => continue,
+            polygon => polygon.unwrap_or_else(|error| panic!("case {case}, width {width}: {error}, {vertices:?}")),
+        };
+        for (given, kept) in vertices.iter().zip(polygon.vertices()) {
+            assert!((*given - *kept).abs().max_element() <= precision * 1.01, "case {case}");
+        }
+        warped += usize::from(Polygon::new(vertices).is_err());
+    }
+    assert!(warped > 1500, "{warped}");
+}
+
+#[test]
+fn what_rounding_does_not_explain_is_refused() {
+    let warped = |z: f64| vec![DVec3::ZERO, DVec3::X, DVec3::new(1.0, 1.0, z), DVec3::Y];
+    assert!(Polygon::from_rounded(warped(2e-7), 1e-7).is_ok());
+    assert!(matches!(Polygon::from_rounded(warped(2e-6), 1e-7), Err(Error::NotPlanar { .. })));
+    // As far across a needle, which rounding turns about its length only.
+    let twisted = [[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1e-3, 0.0], [0.0, 1e-3, 2e-6]].map(DVec3::from).to_vec();
+    assert!(matches!(Polygon::from_rounded(twisted, 1e-7), Err(Error::NotPlanar { .. })));
+    for precision in [-1.0, f64::NAN, f64::INFINITY] {
+        assert!(matches!(Polygon::from_rounded(warped(0.0), precision), Err(Error::Precision { .. })));
+    }
+    assert!(Polygon::from_rounded(warped(0.1), 1e300).is_ok());
+}
+
+#[test]
+fn neighbours_that_rounding_exchanged_are_put_in_order() {
+    let chain = |a: DVec3, b: DVec3| vec![DVec3::ZERO, a, b, DVec3::X, DVec3::new(1.0, 1.0, 0.0), DVec3::Y];
+    for aside in [0.0, 2e-8, -2e-8] {
+        let folded = chain(DVec3::new(0.5, 0.0, 0.0), DVec3::new(0.5 - 1e-7, aside, 0.0));
+        let polygon = Polygon::from_rounded(folded.clone(), 1e-7).unwrap();
+        assert!(polygon.vertices().windows(2).take(3).all(|pair| pair[0].x < pair[1].x) || Polygon::new(folded).is_ok());
+        assert!((polygon.area() - 1.0).abs() < 1e-7);
+    }
+    let folded = chain(DVec3::new(0.5, 0.0, 0.0), DVec3::new(0.5 - 1e-5, 0.0, 0.0));
+    let message = Polygon::from_rounded(folded, 1e-7).unwrap_err().to_string();
+    assert!(message.contains("meet") && message.contains("1e-7"), "{message}");
 }
 
 #[test]

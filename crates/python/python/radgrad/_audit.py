@@ -120,7 +120,7 @@ def cases(count: int, seed: int = 1, families: Sequence[str] = (), occluders: bo
             position, normal, reflectance, emitter, hiding = found
             if hiding and not occluders:
                 continue
-            whole = Emitter(emitter.vertices, emitter.emission)
+            whole = Emitter(emitter.vertices, emitter.emission, emitter.precision)
             name = f"{family}:{seed}:{index}"
             yield Case(name, np.array(position), np.array(normal), reflectance, whole, hiding)
 

@@ -58,6 +58,9 @@ class Emitter(_radgrad.Emitter):
     emission : float, (n,), Affine or Polynomial
         Emitted radiosity: the same everywhere, a value at each vertex (for more than three they lie on one affine function), or a
         function of the position.
+    precision : float
+        Length by which each coordinate of a vertex may be off, as single precision leaves it: the polygon may be off a plane by
+        as much as that explains, and what it leaves open is in every bound.
 
     Raises
     ------
@@ -72,13 +75,15 @@ class Emitter(_radgrad.Emitter):
     (1.0, [0.0, 0.0, -1.0])
     """
 
-    def __new__(cls, vertices: ArrayLike, emission: Union[ArrayLike, Affine, Polynomial] = 1.0) -> "Emitter":
+    def __new__(
+        cls, vertices: ArrayLike, emission: Union[ArrayLike, Affine, Polynomial] = 1.0, precision: float = 0.0
+    ) -> "Emitter":
         if not isinstance(emission, (Affine, Polynomial)):
             values = _numbers(emission, "emission")
             if values.ndim > 1:
                 raise ValueError(f"emission has shape {values.shape}: expected a number, or (vertices,)")
             emission = float(values) if values.ndim == 0 else _whole(values)
-        return super().__new__(cls, _outline(vertices, "vertices"), emission)
+        return super().__new__(cls, _outline(vertices, "vertices"), emission, precision)
 
     def emission_at(self, points: ArrayLike) -> Floats:
         """Emission at points of the emitter's plane, of shape (..., 3): an array of shape (...)."""
@@ -86,7 +91,8 @@ class Emitter(_radgrad.Emitter):
         return super().emission_at(_whole(rows)).reshape(rows.shape[:-1])
 
     def __repr__(self) -> str:
-        return f"Emitter({self.vertices.tolist()}, {self.emission!r})"
+        precision = f", precision={self.precision!r}" if self.precision else ""
+        return f"Emitter({self.vertices.tolist()}, {self.emission!r}{precision})"
 
 
 Emitters = Union[Emitter, Sequence[Emitter]]
@@ -163,10 +169,10 @@ def _listed(emitters: Any) -> "list[Any]":
     return listed
 
 
-def _hiding(occluders: Any) -> "list[Floats]":
-    """Occluders as arrays of vertices. Emitters hide too."""
-    outlines = [o.vertices if isinstance(o, _radgrad.Emitter) else o for o in occluders]
-    return [_outline(outline, f"occluders[{index}]") for index, outline in enumerate(outlines)]
+def _hiding(occluders: Any) -> "list[tuple[Floats, float]]":
+    """Occluders as arrays of vertices, each with its precision. Emitters hide too."""
+    outlines = [(o.vertices, o.precision) if isinstance(o, _radgrad.Emitter) else (o, 0.0) for o in occluders]
+    return [(_outline(outline, f"occluders[{index}]"), off) for index, (outline, off) in enumerate(outlines)]
 
 
 def _broadcast(x: Any, normal: Any, reflectance: Any, single: bool) -> "tuple[tuple[int, ...], Floats, Floats, Floats]":

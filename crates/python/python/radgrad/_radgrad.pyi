@@ -65,7 +65,9 @@ class Polynomial:
 
 @disjoint_base
 class Emitter:
-    def __new__(cls, vertices: _Doubles, emission: Any) -> Self: ...
+    def __new__(cls, vertices: _Doubles, emission: Any, precision: float) -> Self: ...
+    @property
+    def precision(self) -> float: ...
     @property
     def vertices(self) -> _Doubles: ...
     @property
@@ -175,7 +177,7 @@ def evaluate(
     normals: _Reals,
     reflectances: _Reals,
     emitters: Sequence[Emitter],
-    occluders: Sequence[_Doubles],
+    occluders: Sequence[Tuple[_Doubles, float]],
     tolerance: float,
     shape: Sequence[int],
 ) -> _Columns: ...
@@ -192,7 +194,7 @@ def digits(
     normal: _Doubles,
     reflectance: _Doubles,
     emitter: Emitter,
-    occluders: Sequence[_Doubles],
+    occluders: Sequence[Tuple[_Doubles, float]],
     digits: int,
 ) -> Tuple[str, list[str], str, str]: ...
 def hessian(
@@ -200,7 +202,7 @@ def hessian(
     normals: _Doubles,
     reflectances: _Doubles,
     emitters: Sequence[Emitter],
-    occluders: Sequence[_Doubles],
+    occluders: Sequence[Tuple[_Doubles, float]],
     tolerance: float,
     shape: Sequence[int],
 ) -> Tuple[_Doubles, _Doubles, NDArray[np.uint8]]: ...

@@ -171,7 +171,6 @@ impl<'a> Task<'a> {
         // So that powers of lengths stay in the range of doubles.
         let (_, exponent) = libm::frexp(polygon.size());
         let scale = libm::scalbn(1.0, (-exponent).clamp(-1000, 1000));
-        let scaled = |points: &[DVec3]| Polygon::new(points.iter().map(|&v| v * scale).collect());
         let normal = polygon.normal().abs();
         let axes = if normal.z >= normal.x && normal.z >= normal.y {
             [0, 1]
@@ -183,7 +182,7 @@ impl<'a> Task<'a> {
         let moved = Receiver::new(receiver.position() * scale, receiver.normal(), receiver.reflectance());
         let mut screens = Vec::with_capacity(occluders.len());
         for (index, occluder) in occluders.iter().enumerate() {
-            screens.push(scaled(occluder.vertices()).map_err(|source| Error::Occluder { index, source })?);
+            screens.push(occluder.map(scale, |vertex| vertex * scale).map_err(|source| Error::Occluder { index, source })?);
         }
         let tolerance = largest(0.1 * tolerance, 1e-13);
         Ok(Self { receiver: moved.map_err(Error::Receiver)?, occluders: screens, expression, axes, scale, tolerance })

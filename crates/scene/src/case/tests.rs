@@ -61,6 +61,25 @@ fn the_three_emissions_are_read() {
 }
 
 #[test]
+fn a_precision_is_that_of_emitter_and_occluders() {
+    let warped = |z: f64| format!("[[0,0,{z}],[0,1,{z}],[1,1,{}],[1,0,{z}]]", z + 1e-7);
+    let line = |precision: &str| {
+        let text = format!(
+            r#"{{"id":1,"receiver":{{"position":[0,0,0],"normal":[0,0,1]}},
+            "emitter":{{"vertices":{},"emission":{{"constant":1}}}},"occluders":[{}]{precision}}}"#,
+            warped(1.0),
+            warped(0.5)
+        );
+        Case::from_json(text.as_bytes()).unwrap()
+    };
+    let problem = line(r#","precision":1e-7"#).problem().unwrap();
+    assert_eq!([problem.emitter.polygon(), &problem.occluders[0]].map(Polygon::precision), [1e-7; 2]);
+    assert!(matches!(line("").problem(), Err(Error::Emitter(radgrad_core::Error::NotPlanar { .. }))));
+    let message = line(r#","precision":-1"#).problem().unwrap_err().to_string();
+    assert!(message.contains("precision is -1"), "{message}");
+}
+
+#[test]
 fn doubles_survive_writing_and_reading_bit_for_bit() {
     // Awkward on purpose: subnormals, the ends of the range, a halfway case of decimal conversion, negative zero.
     let awkward =
@@ -78,6 +97,7 @@ fn doubles_survive_writing_and_reading_bit_for_bit() {
         },
         occluders: vec![vec![[awkward[7]; 3]]],
         tolerance: 1e-300,
+        precision: 5e-324,
     };
     let text = serde_json::to_string(&case).unwrap();
     let again = Case::from_json(text.as_bytes()).unwrap();
