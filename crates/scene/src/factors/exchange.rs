@@ -12,6 +12,8 @@
 mod clip;
 mod edges;
 mod far;
+mod planar;
+mod skew;
 
 use radgrad_core::{DVec3, Polygon, mutant};
 
