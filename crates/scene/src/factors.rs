@@ -39,9 +39,9 @@ pub use rule::gauss_legendre;
 
 use self::hiding::Neighbours;
 use self::screen::{Cells, Screen, Sight};
-use crate::occluders::may_hide;
+use crate::occluders::{may_hide, perimeter};
 use crate::projection::normalising_power;
-use crate::{Beam, Error, Occluders, Placement, Prepared, Scene, Warning, largest as larger, smallest as smaller};
+use crate::{Beam, Error, Face, Occluders, Placement, Prepared, Scene, Warning, largest as larger, smallest as smaller};
 
 /// How factors are found.
 ///
@@ -121,6 +121,8 @@ pub struct FormFactors<'a> {
     neighbours: Neighbours,
     /// Spheres around the faces, in that unit.
     spheres: Vec<Sphere>,
+    /// The areas by which the rounding of coordinates may change what the faces exchange or hide.
+    bands: Vec<f64>,
 }
 
 /// A sphere around a face.
@@ -141,13 +143,16 @@ impl<'a> FormFactors<'a> {
         let emitters = ready.polygons().map(emitter).collect::<Result<_, _>>()?;
         let coordinates = ready.polygons().flat_map(Polygon::vertices).map(|v| v.abs().max_element());
         let power = normalising_power(coordinates.fold(0.0, larger));
-        let scale =
-            |polygon: &Polygon| Polygon::new(polygon.vertices().iter().map(|&v| v * power).collect()).map_err(Error::Face);
+        let scale = |polygon: &Polygon| polygon.map(power, |v| v * power).map_err(Error::Face);
         let scaled = ready.polygons().map(scale).collect::<Result<Vec<_>, _>>()?;
         let screens: Vec<Vec<Screen>> = scaled.iter().map(Screen::all_of).collect();
         let neighbours = Neighbours::new(&screens);
         let spheres = scaled.iter().map(Sphere::around).collect();
-        Ok(Self { scene, placement, warnings, emitters, index, power, scaled, screens, neighbours, spheres })
+        // A vertex is off by up to the rounding in each coordinate, and by what it was moved.
+        let reach = |face: &Face| (face.moved() + 3.0_f64.sqrt() * ready.modelling().precision) * power;
+        let bands =
+            ready.faces().iter().zip(&scaled).map(|(face, polygon)| reach(face) * perimeter(polygon.vertices())).collect();
+        Ok(Self { scene, placement, warnings, emitters, index, power, scaled, screens, neighbours, spheres, bands })
     }
 
     /// The scene.

@@ -147,6 +147,12 @@ impl Face {
         self.place.as_ref()
     }
 
+    /// The largest distance by which reading moved one of its vertices.
+    #[must_use]
+    pub const fn moved(&self) -> f64 {
+        self.moved
+    }
+
     /// Where it has a texture of its material; without a chart the material's own values hold all over it.
     #[must_use]
     pub const fn chart(&self, quantity: Quantity) -> Option<&Chart> {

@@ -1,6 +1,6 @@
 //! The pairs whose lower face has its row in a block: what one machine of many computes, so that each pair is computed once.
 //!
-//! As bytes: numbers in little-endian order, the block's first row and the row after its last one, then 44 bytes a pair.
+//! As bytes: numbers in little-endian order, the block's first row and the row after its last one, then 52 bytes a pair.
 
 use std::ops::Range;
 
@@ -89,7 +89,7 @@ impl FormFactors<'_> {
 }
 
 /// Bytes of a pair, and of what comes before the pairs.
-const PAIR: usize = 44;
+const PAIR: usize = 52;
 const HEAD: usize = 16;
 
 impl FactorBlock {
@@ -102,8 +102,8 @@ impl FactorBlock {
         }
         for Pair { faces, known } in &self.pairs {
             faces.iter().for_each(|face| bytes.extend(face.to_le_bytes()));
-            let Known { value, least, most, estimate, occluders } = known;
-            [value, least, most, estimate].iter().for_each(|number| bytes.extend(number.to_le_bytes()));
+            let Known { value, least, most, estimate, modelling, occluders } = known;
+            [value, least, most, estimate, modelling].iter().for_each(|number| bytes.extend(number.to_le_bytes()));
             bytes.extend(occluders.to_le_bytes());
         }
         bytes
@@ -127,7 +127,8 @@ impl FactorBlock {
                 least: real(pair, 16),
                 most: real(pair, 24),
                 estimate: real(pair, 32),
-                occluders: whole(pair, 40),
+                modelling: real(pair, 40),
+                occluders: whole(pair, 48),
             },
         };
         Ok(Self { rows, pairs: rest.chunks_exact(PAIR).map(pair).collect() })

@@ -23,6 +23,8 @@ pub struct Entry {
     pub upper: f64,
     /// The distance of the farther end of the bracket: a proven bound on the error.
     pub error: f64,
+    /// The part of `error` that the rounding of the scene's coordinates takes: no effort narrows it.
+    pub modelling: f64,
     /// Polygons that may hide a part of one face from the other.
     pub occluders: usize,
 }
@@ -309,6 +311,7 @@ impl FactorMatrix {
             lower: factor.lower,
             upper: factor.upper,
             error: factor.error,
+            modelling: factor.modelling,
             occluders: factor.occluders,
         }
     }
@@ -376,7 +379,7 @@ impl FactorMatrix {
 
     /// Those whose bound is not what was asked for.
     pub fn unmet(&self, settings: &FactorSettings) -> impl Iterator<Item = (usize, Entry)> {
-        self.entries().filter(|(_, entry)| entry.error > settings.allowed(entry.lower) || entry.error.is_nan())
+        self.entries().filter(|(_, entry)| entry.error - entry.modelling > settings.allowed(entry.lower) || entry.error.is_nan())
     }
 
     /// The factors between surfaces: `A_S F_ST = sum A_i F_ij`, of those that have rows here. `scene` is the one that the matrix is of.

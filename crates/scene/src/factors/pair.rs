@@ -29,6 +29,8 @@ pub struct Factor {
     pub upper: f64,
     /// The distance of the farther end of the bracket: a proven bound on the error.
     pub error: f64,
+    /// The part of `error` that the rounding of the scene's coordinates takes: no effort narrows it.
+    pub modelling: f64,
     /// What its error is by all appearances: with free sight the bound, past occluders the difference of two rules.
     pub estimate: f64,
     /// Polygons that may hide a part of one face from the other: 0 where the sight is free and the value exact to rounding.
@@ -42,6 +44,8 @@ pub(super) struct Known {
     pub(super) least: f64,
     pub(super) most: f64,
     pub(super) estimate: f64,
+    /// The part of the bracket, on either side, that the rounding of coordinates takes.
+    pub(super) modelling: f64,
     pub(super) occluders: u32,
 }
 
@@ -98,7 +102,17 @@ impl Known {
         let lower = self.least / area * (1.0 - 8.0 * f64::EPSILON);
         let upper = self.most / area * (1.0 + 8.0 * f64::EPSILON);
         let error = larger(upper - value, value - lower) * (1.0 + f64::EPSILON);
-        Factor { value, lower, upper, error, estimate: self.estimate / area, occluders: self.occluders as usize }
+        let [modelling, estimate] = [self.modelling, self.estimate].map(|figure| figure / area);
+        Factor { value, lower, upper, error, modelling, estimate, occluders: self.occluders as usize }
+    }
+
+    /// The same with a bracket that is wider by the effect of rounded coordinates, between 0 and `most`.
+    fn widened(self, modelling: f64, most: f64) -> Self {
+        let error = |least: f64, most: f64| larger(most - self.value, self.value - least);
+        let least = smaller(larger(self.least - modelling, 0.0), self.least);
+        let most = larger(smaller(self.most + modelling, most), self.most);
+        let modelling = larger(error(least, most) - error(self.least, self.most), 0.0);
+        Self { least, most, modelling, ..self }
     }
 
     /// Itself, if its figures are numbers.
@@ -126,23 +140,39 @@ impl FormFactors<'_> {
         let wanted = Wanted::new(self.index.order(), (0..self.emitters.len()).map(|face| face == high).collect());
         let may_see = low != high && !self.may_see(low, &wanted).is_empty();
         let known = if may_see { self.pair([low, high], settings)? } else { None };
-        let nothing = Factor { value: 0.0, lower: 0.0, upper: 0.0, error: 0.0, estimate: 0.0, occluders: 0 };
+        let nothing = Factor { value: 0.0, lower: 0.0, upper: 0.0, error: 0.0, modelling: 0.0, estimate: 0.0, occluders: 0 };
         Ok(known.map_or(nothing, |known| known.over(self.scaled(from).area())))
     }
 
     /// What two faces exchange, the lower one first; `None` where neither has a point in front of the other, or all is proven hidden.
+    ///
+    /// An outline whose points are off by at most d adds or loses a band of at most d times its perimeter, and two surfaces exchange at
+    /// most the area of either: so much do the rounded outlines of the two faces and of those between them change the exchange.
     pub(super) fn pair(&self, faces: [usize; 2], settings: &FactorSettings) -> Result<Option<Known>, Error> {
+        let Some(sighted) = self.sighted(faces, settings) else { return Ok(None) };
+        let modelling: f64 = faces.iter().chain(&sighted.candidates).map(|&face| self.bands[face]).sum();
+        let known = self.exchanged(faces, sighted, settings)?;
+        Ok(known.map(|known| known.widened(modelling, self.smaller_area(faces))))
+    }
+
+    /// No face exchanges more than its area.
+    fn smaller_area(&self, faces: [usize; 2]) -> f64 {
+        let [a, b] = faces.map(|face| self.scaled(face).area());
+        smaller(a, b)
+    }
+
+    /// The same of the outlines as they are.
+    fn exchanged(&self, faces: [usize; 2], sighted: Sighted<'_>, settings: &FactorSettings) -> Result<Option<Known>, Error> {
         let polygons = faces.map(|face| self.scaled(face));
-        let area = smaller(polygons[0].area(), polygons[1].area());
-        let Some(Sighted { candidates, screens, free }) = self.sighted(faces, settings) else { return Ok(None) };
-        // No face exchanges more than its area.
+        let area = self.smaller_area(faces);
+        let Sighted { candidates, screens, free } = sighted;
         let most = smaller(free.most(), area * (1.0 + 8.0 * f64::EPSILON));
         let least = smaller(larger(free.least(), 0.0), most);
         let occluders = u32::try_from(candidates.len()).unwrap_or(u32::MAX);
         if screens.is_empty() {
             let bracket = Bracket { least, most };
             let (value, estimate) = (bracket.nearest(free.area), smaller(free.error, bracket.width()));
-            return Known { value, least, most, estimate, occluders }.checked().map(Some);
+            return Known { value, least, most, estimate, modelling: 0.0, occluders }.checked().map(Some);
         }
         let allowed = |bracket: Bracket| larger(settings.tolerance * area, settings.relative * bracket.least);
         let difference = settings.estimate * area;
@@ -157,7 +187,7 @@ impl FormFactors<'_> {
             }
             // The search proves more, and takes the longer the more there is between.
             if estimate <= by_looks && (value > 0.0 || screens.len() > MANY_SCREENS) {
-                return Known { value, least: 0.0, most, estimate, occluders }.checked().map(Some);
+                return Known { value, least: 0.0, most, estimate, modelling: 0.0, occluders }.checked().map(Some);
             }
         }
         // Errors of cell exchanges may use a small share of the tolerances, relative to the free exchange, which is at least as
@@ -193,7 +223,9 @@ impl FormFactors<'_> {
         }
         let nearest = bracket.nearest(value);
         let estimate = larger(off, (nearest - value).abs());
-        Known { value: nearest, least: bracket.least, most: bracket.most, estimate, occluders }.checked().map(Some)
+        Known { value: nearest, least: bracket.least, most: bracket.most, estimate, modelling: 0.0, occluders }
+            .checked()
+            .map(Some)
     }
 
     /// The faces that may be between two faces, and the exchange of the two without them; `None` where they see nothing of each

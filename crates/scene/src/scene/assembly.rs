@@ -209,7 +209,9 @@ impl Moved {
 /// The polygon of an outline, which may be flat to the rounding alone.
 fn polygon(vertices: &[DVec3], rounding: f64) -> Result<Polygon, radgrad_core::Error> {
     match Polygon::new(vertices.to_vec()) {
-        //ROUNDED
+        Err(radgrad_core::Error::NotPlanar { .. } | radgrad_core::Error::NotSimple { .. }) if rounding > 0.0 => {
+            Polygon::from_rounded(vertices.to_vec(), rounding)
+        }
         other => other,
     }
 }

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use radgrad_core::{DVec3, Polygon};
 use serde::{Deserialize, Serialize};
 
-use super::Scene;
+use super::{Modelling, Scene};
 use crate::texture::{Chart, Quantity, Texture, Wrap};
 use crate::{Error, Place, Position};
 
@@ -25,6 +25,8 @@ struct SceneRecord {
     surfaces: Vec<(String, bool)>,
     files: Vec<PathBuf>,
     faces: Vec<FaceRecord>,
+    /// Precision, distance and share.
+    modelling: [f64; 3],
 }
 
 #[derive(Serialize, Deserialize)]
@@ -47,6 +49,9 @@ struct MaterialRecord {
 #[derive(Serialize, Deserialize)]
 struct FaceRecord {
     vertices: Vec<[f64; 3]>,
+    /// Of the coordinates, and the largest motion of a vertex.
+    precision: f64,
+    moved: f64,
     surface: usize,
     material: usize,
     /// Index of the file, and where in it.
@@ -95,6 +100,8 @@ impl Scene {
             });
             faces.push(FaceRecord {
                 vertices: face.polygon.vertices().iter().map(DVec3::to_array).collect(),
+                precision: face.polygon.precision(),
+                moved: face.moved,
                 surface: face.surface,
                 material: face.material,
                 place,
@@ -117,6 +124,7 @@ impl Scene {
             surfaces: self.surfaces.iter().map(|surface| (surface.name.clone(), surface.exchanges)).collect(),
             files,
             faces,
+            modelling: [self.modelling.precision, self.modelling.distance, self.modelling.share],
         };
         Ok(serde_json::to_vec(&record)?)
     }
@@ -129,6 +137,8 @@ impl Scene {
         let record: SceneRecord = serde_json::from_slice(bytes)?;
         let mut scene = Self::new(record.channels)?;
         (scene.title, scene.enclosure) = (record.title, record.enclosure);
+        let [precision, distance, share] = record.modelling;
+        scene.modelling = Modelling { precision, distance, share };
         let texture = |record: TextureRecord| -> Result<Arc<Texture>, Error> {
             Ok(Arc::new(Texture::new(record.name, record.size, record.channels, record.texels)?.wrapped(record.wrap)))
         };
@@ -156,9 +166,11 @@ impl Scene {
                 Some((file, position)) => Some(Place::at(files.get(file).ok_or_else(|| missing("file", file))?, position)),
                 None => None,
             };
-            let polygon = Polygon::new(face.vertices.into_iter().map(DVec3::from).collect()).map_err(Error::Face)?;
+            let vertices = face.vertices.into_iter().map(DVec3::from).collect();
+            let polygon = Polygon::from_rounded(vertices, face.precision).map_err(Error::Face)?;
             let charts = face.charts.map(|numbers| numbers.map(Chart::from_numbers));
-            scene.add_charted_face(face.surface, face.material, polygon, place, charts)?;
+            let index = scene.add_charted_face(face.surface, face.material, polygon, place, charts)?;
+            scene.faces[index].moved = face.moved;
         }
         Ok(scene)
     }

@@ -155,7 +155,9 @@ impl Scene {
         for (index, (face, outline)) in scene.faces.iter_mut().zip(outlines).enumerate() {
             let moved = face.polygon.vertices().iter().zip(&outline).map(|(&from, &to)| (placement.inward(from) - to).length());
             face.moved = face.moved * placement.power + moved.fold(0.0, largest);
-            face.polygon = Polygon::new(outline).map_err(|source| Error::Placed { face: self.name_of(index), source })?;
+            let precision = face.polygon.precision() * placement.power;
+            face.polygon = Polygon::from_rounded(outline, precision)
+                .map_err(|source| Error::Placed { face: self.name_of(index), source })?;
             for chart in face.charts.iter_mut().flatten() {
                 *chart = chart.placed(placement);
             }
