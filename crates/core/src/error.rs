@@ -202,6 +202,14 @@ pub enum Error {
         /// The error of that entry.
         error: Box<Self>,
     },
+    /// Lengths are so far apart that nothing is known of the result.
+    #[error(
+        "the {quantity} is lost: lengths of the scene are too far apart for its formula; leave out occluders that are far smaller or larger than the emitter's distance"
+    )]
+    Scales {
+        /// `radiosity`, `gradient` or `Hessian`.
+        quantity: &'static str,
+    },
     /// The result is too large for a double.
     #[error("the {quantity} overflows: its magnitude is above {:e}", f64::MAX)]
     Overflow {
@@ -220,5 +228,5 @@ fn rule_for_meeting(precision: &f64) -> String {
     if *precision == 0.0 {
         return ": the polygon must be simple".into();
     }
-    format!(", and exchanging neighbours within the precision {precision:e} does not part them: the polygon must be simple")
+    format!(", also where neighbours are moved by the precision {precision:e}: the polygon must be simple")
 }

@@ -244,10 +244,10 @@ impl Number for Big {
         Self::new(|_| exact_sum(&exact(a), &exact(-b)))
     }
     /// Exact.
-    fn exact_height(n: DVec3, point: DVec3, x: DVec3, power: f64) -> Self {
+    fn exact_height((n, power_of_n): (DVec3, f64), point: DVec3, x: DVec3, power: f64) -> Self {
         let product = |axis: usize| exact(n[axis]).mul_full_prec(&exact_sum(&exact(point[axis]), &exact(-x[axis])));
         let sum = exact_sum(&exact_sum(&product(0), &product(1)), &product(2));
-        Self::new(|_| sum).scaled(power)
+        Self::new(|_| sum).scaled(power).scaled(power_of_n)
     }
     fn scaled(self, power_of_two: f64) -> Self {
         let (_, exponent) = libm::frexp(power_of_two);
@@ -307,7 +307,7 @@ mod tests {
             assert_eq!((Big::difference(3.0, 0.0).high(), Big::difference(0.0, 3.0).high()), (3.0, -3.0));
             assert_eq!(Big::difference(0.1, 0.1).high(), 0.0);
             let (n, tiny) = (DVec3::new(0.1, -0.1, 0.0), 2f64.powi(-900));
-            let height = Big::exact_height(n, DVec3::new(1.0, 1.0, 5.0), DVec3::new(-tiny, 0.0, 0.0), 0.5);
+            let height = Big::exact_height((n, 1.0), DVec3::new(1.0, 1.0, 5.0), DVec3::new(-tiny, 0.0, 0.0), 0.5);
             assert_eq!(height.high(), 0.05 * tiny);
         });
     }

@@ -78,13 +78,16 @@ impl DoubleDouble {
     }
 
     /// Square root by one Newton step from the double one; relative error below 4u^2 (Karp and Markstein 1997). Where the square
-    /// of the root would underflow or overflow it is that of a multiple by a power of four.
+    /// of the root would underflow or overflow it is that of a multiple by a power of four; what is infinite or no number stays so.
     #[inline]
     pub fn sqrt(self) -> Self {
         if self.hi <= 0.0 {
             return Self::ZERO;
         }
         if !SQUARES.contains(&self.hi) {
+            if !self.hi.is_finite() {
+                return Self::from(self.hi);
+            }
             let (power, root) = if self.hi < SQUARES.start { (600, -300) } else { (-600, 300) };
             return self.scaled(libm::scalbn(1.0, power)).sqrt().scaled(libm::scalbn(1.0, root));
         }

@@ -82,8 +82,9 @@ impl WideSum {
         !self.is_negative() && self.0.iter().any(|limb| *limb != 0)
     }
 
-    /// The sum to two units of double-double, with its sign: a size below the normal range becomes the smallest normal number.
-    fn to_double_double(&self) -> DoubleDouble {
+    /// The sum times a power of two, to two units of double-double, with its sign: a size below the normal range becomes the smallest
+    /// normal number.
+    fn to_double_double(&self, power: i32) -> DoubleDouble {
         let negative = self.is_negative();
         let mut size = self.0;
         if negative {
@@ -100,7 +101,7 @@ impl WideSum {
             (sum.scaled(2f64.powi(32)) + halves[0]).scaled(2f64.powi(32)) + halves[1]
         };
         let leading = (0..3).fold(DoubleDouble::ZERO, leading);
-        let exponent = (0..top).fold(LAST_PLACE - 2 * 64, |exponent, _| exponent + 64);
+        let exponent = (0..top).fold(LAST_PLACE - 2 * 64 + power, |exponent, _| exponent + 64);
         let [hi, lo] = [leading.hi, leading.lo].map(|part| libm::scalbn(part, exponent));
         let found = if hi < f64::MIN_POSITIVE { DoubleDouble::from(f64::MIN_POSITIVE) } else { DoubleDouble { hi, lo } };
         if negative { -found } else { found }
@@ -126,22 +127,39 @@ fn is_ordinary(number: f64) -> bool {
     number == 0.0 || (LEAST..1.0 / LEAST).contains(&number.abs())
 }
 
-/// `n . (point - origin)` times a power of two, with the right sign and a relative error of at most two units; below the normal
-/// range the smallest normal number of its sign.
-pub fn height(n: DVec3, point: DVec3, origin: DVec3, power: f64) -> DoubleDouble {
+/// `n . (point - origin)` times two powers of two, of n and of lengths, with the right sign and a relative error of at most two
+/// units; below the normal range the smallest normal number of its sign.
+pub fn height((n, power_of_n): (DVec3, f64), point: DVec3, origin: DVec3, power: f64) -> DoubleDouble {
     let (n, point, origin) = (n.to_array(), point.to_array(), origin.to_array());
     let are_ordinary = |r: [DoubleDouble; 3]| r.iter().all(|c| is_ordinary(c.hi) && is_ordinary(c.lo));
+    // What is 0 only when scaled was lost.
+    let scaled_n = n.map(|c| c * power_of_n);
+    let is_kept = |i: usize| n[i] == 0.0 || (scaled_n[i] != 0.0 && is_ordinary(scaled_n[i]));
     let r = difference(point, origin, 1.0);
     let scaled = [r[0].scaled(power), r[1].scaled(power), r[2].scaled(power)];
-    if n.iter().all(|c| is_ordinary(*c)) && are_ordinary(r) && are_ordinary(scaled) {
-        return dot(n, scaled);
+    if (0..3).all(is_kept) && are_ordinary(r) && are_ordinary(scaled) {
+        return dot(scaled_n, scaled);
     }
     let mut sum = WideSum::ZERO;
     for i in 0..3 {
         sum.add([n[i], point[i], power], false);
         sum.add([n[i], origin[i], power], mutant!("exact.subtracted", true, |_| false));
     }
-    sum.to_double_double()
+    let (_, exponent_of_n) = libm::frexp(power_of_n);
+    sum.to_double_double(exponent_of_n - 1)
+}
+
+/// Whether three points are exactly on one line: seen along each axis.
+pub fn are_in_line(points: [DVec3; 3]) -> bool {
+    let [a, b, c] = points.map(|p| p.to_array());
+    [[0, 1], [1, 2], [2, 0]].into_iter().all(|[i, j]| {
+        let mut sum = WideSum::ZERO;
+        for (p, q) in [(a, b), (b, c), (c, a)] {
+            sum.add([p[i], q[j], 1.0], false);
+            sum.add([p[j], q[i], 1.0], true);
+        }
+        !sum.is_negative() && !sum.is_positive()
+    })
 }
 
 /// `n . r` with `r` exact (each component an unevaluated sum), with the right sign and a relative error of at most two units.
@@ -198,12 +216,36 @@ mod tests {
         // 1 (1e300 - 1e300) + 1e-300 (y), from points that doubles span the whole range with.
         let n = DVec3::new(1.0, 1e-300, 0.0);
         for y in [1e-300, -1e-300, 1.0, -3.0, 1e10] {
-            let found = height(n, DVec3::new(1e300, y, 0.0), DVec3::new(1e300, 0.0, 0.0), 1e-300);
+            let found = height((n, 1.0), DVec3::new(1e300, y, 0.0), DVec3::new(1e300, 0.0, 0.0), 1e-300);
             assert_eq!(found.hi.signum(), y.signum(), "{y}: {found:?}");
         }
-        let found = height(n, DVec3::new(3.0, 1e300, 5.0), DVec3::new(2.0, -1e300, 1e-310), 0.5);
+        let found = height((n, 1.0), DVec3::new(3.0, 1e300, 5.0), DVec3::new(2.0, -1e300, 1e-310), 0.5);
         assert_eq!(found.hi, 1.5);
-        assert_eq!(height(n, DVec3::splat(1e-310), DVec3::splat(1e-310), 1.0), DoubleDouble::ZERO);
+        assert_eq!(height((n, 1.0), DVec3::splat(1e-310), DVec3::splat(1e-310), 1.0), DoubleDouble::ZERO);
+    }
+
+    #[test]
+    fn components_of_a_normal_far_apart_are_kept() {
+        for (small, large) in [(1.25e-14, 1e308), (5e-324, f64::MAX), (1e-290, 1.0)] {
+            let (n, power) = (DVec3::new(small, 0.0, large), normalising_power(large));
+            let seen = |x: f64| height((n, power), DVec3::new(x, 0.0, 3.0), DVec3::new(0.0, 0.0, 3.0), 1.0).hi;
+            assert!(seen(1.0) > 0.0 && seen(-1.0) < 0.0 && seen(0.0) == 0.0);
+            // Times 2^900 it is within the range.
+            let far = height((n, power), DVec3::new(2f64.powi(900), 0.0, 0.0), DVec3::ZERO, 1.0).hi;
+            let (fraction, exponent) = libm::frexp(small);
+            let (_, of_power) = libm::frexp(power);
+            let truth = libm::scalbn(fraction, exponent + of_power - 1 + 900);
+            assert!((far / truth - 1.0).abs() < 1e-15 || truth < f64::MIN_POSITIVE, "{far:e} {truth:e}");
+        }
+    }
+
+    #[test]
+    fn points_are_in_line_over_the_whole_range() {
+        let [small, large] = [1e-300, 1e300];
+        let line = |x: f64| DVec3::new(0.0, x, 2.0);
+        assert!(are_in_line([line(-large), line(large), line(small)]) && are_in_line([line(0.0), line(small), line(large)]));
+        assert!(!are_in_line([line(-large), line(large), DVec3::new(small, 0.0, 2.0)]));
+        assert!(!are_in_line([line(-large), line(large), DVec3::new(0.0, 0.0, 2f64.next_up())]));
     }
 
     #[test]
@@ -220,7 +262,7 @@ mod tests {
                 sum.add([n.to_array()[i], point.to_array()[i], 1.0], false);
                 sum.add([n.to_array()[i], origin.to_array()[i], 1.0], true);
             }
-            let (wide, narrow) = (sum.to_double_double(), height(n, point, origin, 1.0));
+            let (wide, narrow) = (sum.to_double_double(0), height((n, 1.0), point, origin, 1.0));
             assert_eq!(wide.hi, narrow.hi);
             assert!((wide.lo - narrow.lo).abs() <= 1e-31 * wide.hi.abs());
         }

@@ -56,7 +56,7 @@ pub trait Number:
     fn difference(a: f64, b: f64) -> Self;
     /// `n . (point - x)` times a power of two: with the right sign, and an error of two units of roundoff; below the normal range
     /// of doubles, of [`Self::tiny`].
-    fn exact_height(n: DVec3, point: DVec3, x: DVec3, power: f64) -> Self;
+    fn exact_height(n: (DVec3, f64), point: DVec3, x: DVec3, power: f64) -> Self;
     /// Times a power of two: exact.
     fn scaled(self, power_of_two: f64) -> Self;
     /// Square root of a number that is not negative.
@@ -123,7 +123,7 @@ impl Number for f64 {
         a - b
     }
     #[inline]
-    fn exact_height(n: DVec3, point: DVec3, x: DVec3, power: f64) -> Self {
+    fn exact_height(n: (DVec3, f64), point: DVec3, x: DVec3, power: f64) -> Self {
         exact::height(n, point, x, power).hi
     }
     #[inline]
@@ -198,7 +198,7 @@ impl Number for DoubleDouble {
         Self::difference(a, b)
     }
     #[inline]
-    fn exact_height(n: DVec3, point: DVec3, x: DVec3, power: f64) -> Self {
+    fn exact_height(n: (DVec3, f64), point: DVec3, x: DVec3, power: f64) -> Self {
         exact::height(n, point, x, power)
     }
     #[inline]

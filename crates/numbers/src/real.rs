@@ -50,7 +50,11 @@ pub trait Real: Arithmetic<Mask = bool> {
     #[inline]
     fn difference(a: f64, b: f64, power_of_two: f64) -> Self {
         let difference = Self::Number::difference(a, b).scaled(power_of_two);
-        Self::approximate(difference, Self::Number::roundoff() * difference.size() * Self::Number::DIFFERENCE_UNITS)
+        // Below the normal range the power of two rounds.
+        let size = difference.size();
+        let rounds = size < Self::Number::tiny() / Self::Number::roundoff() && difference.high() != 0.0;
+        let lost = if rounds { Self::Number::tiny() } else { 0.0.into() };
+        Self::approximate(difference, Self::Number::roundoff() * size * Self::Number::DIFFERENCE_UNITS + lost)
     }
 
     /// A double-double known to within `error`, rounded to this scalar.

@@ -73,7 +73,7 @@ impl Region {
         let power = normalising_power(farthest);
         let rays: Vec<PairVector> = vertices.iter().map(|e| offset(*e, position, power)).collect();
         let axes = frame(&rays);
-        let n1 = unit(receiver.direction().to_array().map(Pair::from));
+        let n1 = unit(receiver.given_normal().to_array().map(Pair::from));
         let normal = axes.map(|axis| dot(axis, n1));
         let height = -dot(axes[2], rays[0]);
         let place = |(index, ray): (usize, &PairVector)| {

@@ -17,4 +17,5 @@ mod readme;
 mod reference_cases;
 mod reference_values;
 mod scale;
+mod scales;
 mod traps;

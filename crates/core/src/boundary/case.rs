@@ -1,5 +1,7 @@
 //! One receiver, one emitter, the occluders between them, and the plan for them.
 
+use glam::DVec3;
+
 use crate::boundary::plan::Plan;
 use crate::boundary::visibility;
 use crate::error::Error;
@@ -52,8 +54,11 @@ impl Case<'_> {
         });
         let offsets = self.emitter.polygon().vertices().iter().chain(occluders).map(|&vertex| vertex - x);
         let lengths = offsets.chain(edges).map(|length| length * self.plan.power);
-        let normals = [self.receiver.direction(), self.emitter.polygon().normal()];
-        lengths.chain(normals).all(|v| v.to_array().into_iter().all(|c| c == 0.0 || c.abs() >= LEAST))
+        let is_of_one_scale = |v: DVec3| v.to_array().into_iter().all(|c| c == 0.0 || c.abs() >= LEAST);
+        // What is 0 only when scaled was lost.
+        let (given, direction) = (self.receiver.given_normal(), self.receiver.direction());
+        given.cmpeq(DVec3::ZERO) == direction.cmpeq(DVec3::ZERO)
+            && lengths.chain([direction, self.emitter.polygon().normal()]).all(is_of_one_scale)
     }
 }
 

@@ -4,6 +4,7 @@
 //! them. As doubles their edges are on one line, and no bound on a distance from it would ever say so.
 
 use glam::DVec3;
+use radgrad_numbers::exact::are_in_line;
 use radgrad_numbers::power::normalising_power;
 
 /// The end points of an edge of the input, in the order of their bits: the same for whoever shares the edge.
@@ -29,12 +30,12 @@ impl EdgeName {
         self.0.iter().find(|end| other.0.contains(end)).map(|bits| bits.map(f64::from_bits).into())
     }
 
-    /// Whether the two edges are surely on one line.
+    /// Whether the two edges are exactly on one line.
     pub(crate) fn is_on_the_line_of(self, other: Self) -> bool {
         other.ends().into_iter().all(|end| self.is_in_line_with(end))
     }
 
-    /// Whether the point is surely on the line of the edge: it is, seen along each axis.
+    /// Whether the point is exactly on the line of the edge: it is, seen along each axis.
     pub(crate) fn is_in_line_with(self, point: DVec3) -> bool {
         let [a, b] = self.ends();
         let points = [a, b, point + 0.0];
@@ -42,14 +43,16 @@ impl EdgeName {
             return true;
         }
         let largest = points.iter().fold(0.0, |m: f64, p| m.max(p.abs().max_element()));
-        let points = points.map(|p| p * normalising_power(largest));
+        let scaled = points.map(|p| p * normalising_power(largest));
         // Then products of two differences are multiples of 2^-984, and none is lost to underflow.
         let is_in_range = |c: f64| c == 0.0 || c.abs() >= SMALLEST;
-        points.iter().all(|p| p.to_array().into_iter().all(is_in_range))
-            && [[0, 1], [1, 2], [2, 0]].into_iter().all(|[i, j]| {
-                let [a, b, c] = points.map(|p| robust::Coord { x: p[i], y: p[j] });
-                robust::orient2d(a, b, c) == 0.0
-            })
+        if !scaled.iter().all(|p| p.to_array().into_iter().all(is_in_range)) {
+            return are_in_line(points);
+        }
+        [[0, 1], [1, 2], [2, 0]].into_iter().all(|[i, j]| {
+            let [a, b, c] = scaled.map(|p| robust::Coord { x: p[i], y: p[j] });
+            robust::orient2d(a, b, c) == 0.0
+        })
     }
 }
 
@@ -83,8 +86,8 @@ mod tests {
         assert!(edge.is_on_the_line_of(part(0.0)) && part(0.0).is_on_the_line_of(edge));
         assert!(!edge.is_on_the_line_of(part(f64::EPSILON)) && !edge.is_on_the_line_of(part(2f64.powi(-440))));
         assert!(!edge.is_on_the_line_of(EdgeName::new(at(0.125, -1.0, 2.0), at(0.125, 1.0, 2.0))), "beside it");
-        // Too small to be sure.
-        assert!(!edge.is_on_the_line_of(EdgeName::new(at(0.0, -1e-300, 2.0), at(0.0, 0.3, 2.0))));
+        assert!(edge.is_on_the_line_of(EdgeName::new(at(0.0, -1e-300, 2.0), at(0.0, 0.3, 2.0))));
+        assert!(!edge.is_on_the_line_of(EdgeName::new(at(1e-300, 0.0, 2.0), at(0.0, 0.3, 2.0))));
         assert!(edge.is_in_line_with(at(0.0, 7.0, 2.0)) && !edge.is_in_line_with(at(0.0, 0.5, 2f64.next_up())));
     }
 

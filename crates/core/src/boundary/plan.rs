@@ -223,7 +223,12 @@ fn is_above(receiver: &Receiver, vertex: DVec3, power: f64) -> bool {
 }
 
 fn exact_height_over_horizon(receiver: &Receiver, vertex: DVec3, power: f64) -> DoubleDouble {
-    exact::height(receiver.direction(), vertex, receiver.position(), power)
+    exact::height(receiver.exact_direction(), vertex, receiver.position(), power)
+}
+
+/// Whether a point is exactly in the plane of the receiver's horizon.
+pub(crate) fn is_on_horizon(receiver: &Receiver, point: DVec3, power: f64) -> bool {
+    exact_height_over_horizon(receiver, point, power).hi == 0.0
 }
 
 /// Height of a vertex over the receiver's horizon, times the length of the normal as given: to a few roundoffs of the scalar, and
@@ -238,7 +243,7 @@ pub(crate) fn height_over_horizon<T: Real>(receiver: &Receiver, vertex: DVec3, p
     if magnitude > WITHOUT_UNDERFLOW.start && RadiusOf::<T>::from(error) < T::Number::roundoff() * height.hi.abs() {
         T::from_double_double(height, error)
     } else {
-        let height = T::Number::exact_height(receiver.direction(), vertex, receiver.position(), power);
+        let height = T::Number::exact_height(receiver.exact_direction(), vertex, receiver.position(), power);
         let tiny = T::Number::tiny();
         let lost = if height.size() <= tiny && height.high() != 0.0 { tiny } else { 0.0.into() };
         T::approximate(height, T::Number::roundoff() * height.size() * 2.0 + lost)

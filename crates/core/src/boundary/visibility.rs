@@ -129,7 +129,7 @@ fn visible<T: Real>(receiver: &Receiver, emitter: &Emitter, occluders: &[&Polygo
     let mut subtraction = Subtraction::<T>::new(receiver, emitter, plan);
     let mut parts: Vec<VisiblePart<T>> = convex_parts(emitter.polygon())
         .iter()
-        .filter_map(|indices| subtraction.part_above_horizon(receiver, emitter.polygon(), indices, plan))
+        .filter_map(|indices| subtraction.part_above_horizon(emitter.polygon(), indices))
         .collect();
     for screen in in_the_way(receiver, emitter.polygon(), occluders, plan, &parts) {
         if parts.is_empty() {

@@ -95,6 +95,9 @@ impl CallerUnits {
 
     /// Refuses a component that is not finite.
     pub(crate) fn check_finite<const N: usize>(self, components: [f64; N]) -> Result<(), Error> {
+        if components.iter().any(|c| c.is_nan()) {
+            return Err(Error::Scales { quantity: self.quantity });
+        }
         let is_finite = components.iter().all(|c| c.is_finite());
         if is_finite { Ok(()) } else { Err(Error::Overflow { quantity: self.quantity }) }
     }

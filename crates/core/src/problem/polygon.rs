@@ -91,8 +91,8 @@ impl Polygon {
     /// single precision are: it may be off a plane by as much as that explains, and its [`Self::planarity_defect`] goes into every
     /// bound. The precision itself does not: the truth is that of the vertices as given.
     ///
-    /// Where rounding has exchanged two neighbours, so that the outline runs back over itself, both are moved by at most the
-    /// precision. A precision of 0 makes it [`Self::new`].
+    /// Where rounding has exchanged two neighbours, so that the outline runs back over itself, or made them one, both are moved by at
+    /// most the precision. A precision of 0 makes it [`Self::new`].
     ///
     /// ```
     /// use radgrad_core::{DVec3, Polygon};
@@ -113,6 +113,7 @@ impl Polygon {
         for _ in 0..vertices.len() {
             match Self::checked(vertices.clone(), precision) {
                 Err(Error::NotSimple { first, second, .. }) if unfold(&mut vertices, [first, second], precision) => {}
+                Err(Error::RepeatedVertex { first, .. }) if unfold(&mut vertices, [first, first], precision) => {}
                 result => return result,
             }
         }
@@ -425,21 +426,24 @@ fn without_area(vertices: &[DVec3], offsets: &[Vec3<DoubleDouble>], precision: f
     crossing.map_or(Error::ZeroArea { count: vertices.len() }, |[first, second]| Error::NotSimple { first, second, precision })
 }
 
-/// Exchanges the ends of an edge so short that rounding may have done so, where two edges meet because of it: whether there is one.
-fn unfold(vertices: &mut [DVec3], meeting: [usize; 2], precision: f64) -> bool {
+/// Puts the ends of an edge in order along the way from the vertex before to the one after it, where it is the shortest of two edges that
+/// meet and what is between them, and so short that rounding may have exchanged its ends, or made them one: whether it is.
+fn unfold(vertices: &mut [DVec3], [first, second]: [usize; 2], precision: f64) -> bool {
     let count = vertices.len();
-    let [first, second] = meeting;
     let next = |i: usize| (i + 1) % count;
-    let length = |i: usize| (vertices[next(i)] - vertices[i]).abs().max_element();
+    let half = |i: usize| 0.5 * (vertices[next(i)] - vertices[i]).abs().max_element();
     let between = [(first, second), (second, first)].into_iter().filter(|&(a, b)| next(next(a)) == b).map(|(a, _)| next(a));
-    let shortest = meeting.into_iter().chain(between).min_by(|&a, &b| length(a).total_cmp(&length(b))).unwrap_or(first);
-    let distance = length(shortest);
-    let (a, b) = (vertices[shortest], vertices[next(shortest)]);
-    // Where each moves by more than half of the edge, they have changed places.
-    let share = (precision / distance).min(1.0);
-    vertices[shortest] = a + (b - a) * share;
-    vertices[next(shortest)] = b + (a - b) * share;
-    share > 0.5
+    let shortest = [first, second].into_iter().chain(between).min_by(|&a, &b| half(a).total_cmp(&half(b))).unwrap_or(first);
+    let way = vertices[next(next(shortest))] - vertices[(shortest + count - 1) % count];
+    let (left, size) = (precision - half(shortest), way.abs().max_element());
+    if !(left > 0.0 && size > 0.0) {
+        return false;
+    }
+    let step = way * (left / size).min(0.25);
+    let middle = vertices[shortest].midpoint(vertices[next(shortest)]);
+    vertices[shortest] = middle - step;
+    vertices[next(shortest)] = middle + step;
+    true
 }
 
 /// A planarity defect in normalised coordinates, on its way to an error message.

@@ -21,7 +21,9 @@ use crate::error::Error;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Receiver {
     position: DVec3,
-    /// The normal as given, times a power of two that brings its largest component to [1, 2).
+    /// The normal as given.
+    given: DVec3,
+    /// The same, times a power of two that brings its largest component to [1, 2).
     direction: Vec3<f64>,
     /// Unit normal in double-double.
     precise_normal: Vec3<DoubleDouble>,
@@ -54,11 +56,12 @@ impl Receiver {
         if !(0.0..=1.0).contains(&reflectance) {
             return Err(Error::Reflectance { value: reflectance });
         }
+        let given = normal;
         let direction = Vec3::from(normal) * normalising_power(normal.abs().max_element());
         let (precise_normal, _) = unit_vector(direction.map(DoubleDouble::from));
         let albedo = DoubleDouble::from(reflectance).divided_by(DoubleDouble::pi());
         let normal = precise_normal.map(DoubleDouble::to_f64).into();
-        Ok(Self { position, direction, precise_normal, normal, reflectance, albedo })
+        Ok(Self { position, given, direction, precise_normal, normal, reflectance, albedo })
     }
 
     /// Position `x`.
@@ -87,7 +90,28 @@ impl Receiver {
         self.normal
     }
 
-    /// The normal as given but for its length: an exact multiple of the input, for decisions that must be exact.
+    /// The normal as given, of whatever length.
+    ///
+    /// ```
+    /// # use radgrad_core::{DVec3, Receiver};
+    /// let steep = DVec3::new(1e-14, 0.0, 1e308);
+    /// let receiver = Receiver::new(DVec3::ZERO, steep, 1.0)?;
+    /// assert_eq!((receiver.given_normal(), receiver.normal()), (steep, DVec3::new(1e-322, 0.0, 1.0)));
+    /// # Ok::<(), radgrad_core::Error>(())
+    /// ```
+    #[must_use]
+    pub const fn given_normal(&self) -> DVec3 {
+        self.given
+    }
+
+    /// The same, and the power of two that makes it [`Self::direction`], which loses components far below the largest.
+    #[inline]
+    pub(crate) fn exact_direction(&self) -> (DVec3, f64) {
+        (self.given, normalising_power(self.given.abs().max_element()))
+    }
+
+    /// The normal with its largest component in [1, 2): the input times a power of two, exact but for components below the normal
+    /// range of doubles.
     ///
     /// ```
     /// # use radgrad_core::{DVec3, Receiver};
@@ -126,7 +150,7 @@ impl Receiver {
 #[inline]
 pub(crate) fn unit_normal<T: Real>(receiver: &Receiver) -> Vec3<T> {
     if T::Number::BEYOND_DOUBLE_DOUBLE {
-        return Vec3::from(receiver.direction()).map(T::exact).unit();
+        return Vec3::from(receiver.given_normal()).map(T::exact).unit();
     }
     receiver.precise_normal().map(|c| T::from_double_double(c, 32.0 * ROUNDOFF_OF_DOUBLE_DOUBLE))
 }

@@ -3,9 +3,10 @@
 
 use astro_float::{BigFloat, Consts, Radix, RoundingMode};
 use radgrad_core::{
-    DVec3, Emission, Emitter, Error, MOST_DIGITS, Method, Polygon, PreciseAnswer, Receiver, evaluate, evaluate_digits,
+    DMat3, DVec3, Emission, Emitter, Error, MOST_DIGITS, Method, Polygon, PreciseAnswer, Receiver, evaluate, evaluate_digits,
     evaluate_to,
 };
+use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
 
 const BITS: usize = 2048;
 const NEAREST: RoundingMode = RoundingMode::ToEven;
@@ -310,4 +311,57 @@ fn what_costs_much_ends_within_seconds() {
     let answer = evaluate_to(&receiver, &lamp, &[], 1e-15).unwrap();
     let elapsed = start.elapsed().as_secs_f64();
     assert!(elapsed < 20.0 && answer.radiosity_error.is_finite(), "{elapsed} s: {answer:?}");
+}
+
+/// Walls that stand on the receiver's floor, touch it with a corner, or go through it: exactly in its plane, or where rounding has put
+/// them.
+#[test]
+fn walls_on_the_floor_of_the_receiver_have_all_digits() {
+    let mut random = ChaCha8Rng::seed_from_u64(7);
+    let cases: usize = std::env::var("RADGRAD_WALL_CASES").map_or(64, |count| count.parse().unwrap());
+    let mut shaded = 0;
+    for case in 0..cases {
+        let mut tenth = |low: i32, high: i32| f64::from(random.random_range(low..=high));
+        let lamp = [(); 3].map(|()| DVec3::new(tenth(-40, 40), tenth(-40, 40), tenth(-15, 45)));
+        let (p, q) = (DVec3::new(tenth(-10, 10), tenth(-10, 10), 0.0), DVec3::new(tenth(-10, 10), tenth(-10, 10), 0.0));
+        let (up, down) = (DVec3::Z * tenth(1, 6), DVec3::Z * tenth(1, 6));
+        let wall = match case % 4 {
+            0 => vec![p, q, q + up, p + up],
+            1 => vec![p, q + up, p + up],
+            2 => vec![p, q, (p + q) * 0.5 + up + DVec3::X],
+            _ => vec![p - down, q - down, q + up, p + up],
+        };
+        // Whole numbers, turned exactly; or tenths, turned as rounding lets it.
+        let turn = DMat3::from_axis_angle(DVec3::new(tenth(-9, 9), tenth(-9, 9), 1.0).normalize(), tenth(1, 30) * 0.1);
+        let exact = DMat3::from_cols(DVec3::new(3.0, 4.0, 0.0), DVec3::new(-4.0, 3.0, 0.0), DVec3::Z * 5.0);
+        let exact = exact * DMat3::from_cols(DVec3::new(5.0, 0.0, 12.0), DVec3::Y * 13.0, DVec3::new(-12.0, 0.0, 5.0));
+        let place = |v: DVec3| match case / 4 % 3 {
+            0 => v * 0.1,
+            1 => exact * v,
+            _ => turn * (v * 0.1),
+        };
+        let polygon = |vertices: &[DVec3]| Polygon::new(vertices.iter().map(|v| place(*v)).collect());
+        let (Ok(lamp), Ok(wall)) = (polygon(&lamp), polygon(&wall)) else { continue };
+        // A wall that is not flat and meets the lamp's plane hides what its surface is chosen to hide.
+        let height = |v: &DVec3| lamp.normal().dot(*v - lamp.vertices()[0]);
+        let is_crossed = wall.vertices().iter().any(|v| height(v) > 0.0) && wall.vertices().iter().any(|v| height(v) < 1e-9);
+        if is_crossed && wall.planarity_defect() > 0.0 {
+            continue;
+        }
+        let receiver = Receiver::new(DVec3::ZERO, place(DVec3::Z), 1.0).unwrap();
+        let lamp = Emitter::new(lamp, Emission::Constant(1.0)).unwrap();
+        let digits = evaluate_digits(&receiver, &lamp, [&wall], 50);
+        let digits = digits.unwrap_or_else(|error| panic!("case {case}: {error}, {lamp:?}, {wall:?}"));
+        let answer = evaluate(&receiver, &lamp, [&wall]).unwrap();
+        let truth: f64 = digits.radiosity.parse().unwrap();
+        assert!(
+            (answer.radiosity - truth).abs() <= answer.radiosity_error + 1e-16 * truth,
+            "case {case}: {answer:?}, {digits:?}"
+        );
+        let slope = DVec3::from([0, 1, 2].map(|axis| digits.gradient[axis].parse::<f64>().unwrap()));
+        let off = (answer.gradient - slope).length();
+        assert!(off <= answer.gradient_error + 1e-15 * slope.length(), "case {case}: {answer:?}, {digits:?}");
+        shaded += usize::from(truth < 0.999 * evaluate(&receiver, &lamp, []).unwrap().radiosity);
+    }
+    assert!(shaded * 20 > cases, "{shaded} of {cases}");
 }

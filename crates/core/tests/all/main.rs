@@ -12,4 +12,5 @@ mod on_surface;
 mod polynomials;
 mod problem;
 mod range;
+mod scales;
 mod value;

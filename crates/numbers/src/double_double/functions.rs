@@ -158,6 +158,21 @@ mod tests {
         }
     }
 
+    /// A square root of infinity once called itself for ever.
+    #[test]
+    fn what_is_no_finite_number_comes_back() {
+        let all = [f64::INFINITY, f64::NEG_INFINITY, f64::NAN, f64::MAX, 5e-324, 0.0, -0.0, -1.0].map(DoubleDouble::from);
+        assert_eq!(all[0].sqrt().hi, f64::INFINITY);
+        assert!(all[2].sqrt().hi.is_nan() && all[2].ln().hi.is_nan() && all[1].sqrt() == DoubleDouble::ZERO);
+        for a in all {
+            for b in all {
+                let is_lost = [a, b].iter().any(|c| c.hi.is_nan());
+                let results = [a.atan2(b), a.divided_by(b), a * b, a + b];
+                assert!(!is_lost || results.iter().all(|c| c.hi.is_nan()), "{a:?} {b:?}: {results:?}");
+            }
+        }
+    }
+
     proptest! {
         #[test]
         fn logarithm_and_arc_tangent_keep_their_error_bound(x in wide(), y in wide(), near in -1e-3..1e-3f64, quarter in 0..4u32) {

@@ -53,7 +53,9 @@ impl Frame {
             polygon.vertices().iter().map(|v| difference(&v.to_array().map(Exact::from), &position)).collect();
         let scale = -raw.iter().flatten().filter(|c| !c.is_zero()).map(Exact::exponent).max().unwrap_or(0);
         let vertices: Vec<ExactVector> = raw.iter().map(|r| std::array::from_fn(|i| r[i].times_power(scale))).collect();
-        let normal = receiver.direction().to_array().map(Exact::from);
+        let given = receiver.given_normal().to_array().map(Exact::from);
+        let largest = given.iter().filter(|c| !c.is_zero()).map(Exact::exponent).max().unwrap_or(0);
+        let normal: ExactVector = std::array::from_fn(|i| given[i].times_power(-largest));
         let heights: Vec<Exact> = vertices.iter().map(|r| dot(&normal, r)).collect();
         let triangles = triangles(polygon)
             .into_iter()

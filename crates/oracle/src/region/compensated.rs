@@ -148,10 +148,14 @@ pub(crate) fn unit(v: PairVector) -> PairVector {
     v.map(|c| c / length)
 }
 
-/// The power of two that brings a positive normal double into [1, 2); 1 for anything else.
+/// The power of two that brings a positive normal double into [1, 2), the largest ones as near as there is one; 1 for anything else.
 pub(crate) fn normalising_power(size: f64) -> f64 {
     let exponent = (size.to_bits() >> 52) & 0x7ff;
-    if size > 0.0 && (1..=2045).contains(&exponent) { f64::from_bits((2046 - exponent) << 52) } else { 1.0 }
+    match exponent {
+        1..=2045 if size > 0.0 => f64::from_bits((2046 - exponent) << 52),
+        2046 if size > 0.0 => f64::MIN_POSITIVE / 2.0,
+        _ => 1.0,
+    }
 }
 
 #[cfg(test)]

@@ -4,5 +4,6 @@ mod enclosure;
 mod forms_agree;
 mod monte_carlo;
 mod occluded;
+mod scales;
 mod scene;
 mod silent_failures;

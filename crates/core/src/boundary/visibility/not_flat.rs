@@ -37,6 +37,7 @@
 use glam::DVec3;
 use radgrad_numbers::exact::orientation;
 use radgrad_numbers::number::ROUNDOFF;
+use radgrad_numbers::power::normalising_power;
 use radgrad_numbers::radius::Radius;
 use radgrad_numbers::real::Real;
 use radgrad_numbers::vec3::Vec3;
@@ -115,7 +116,7 @@ impl Doubt {
         let slab = occluder.half_slab() * plan.power;
         let (normal, offset) = (occluder.normal(), occluder.normal().dot(vertices[0]));
         let normal = if offset < 0.0 { -normal } else { normal };
-        let reach = vertices.iter().map(|v| v.length()).fold(0.0, largest);
+        let reach = vertices.iter().map(|v| length(*v)).fold(0.0, largest);
         let off_plane = offset.abs() - slab - 16.0 * ROUNDOFF * reach;
         let slack = emitter.half_slab() * plan.power + if slab > 0.0 { slab * reach / off_plane } else { 0.0 };
         let slack = if slab > 0.0 && off_plane <= 0.0 { f64::INFINITY } else { slack * 1.01 };
@@ -151,8 +152,8 @@ impl Doubt {
         let (origin, normal) = (emitter.vertices()[0], emitter.normal());
         let height = |v: &DVec3| normal.dot((*v - origin) * plan.power).abs();
         let least = known.iter().map(height).fold(f64::INFINITY, smallest) - self.slack;
-        let extent = self.vertices.iter().map(|v| (*v - self.vertices[0]).length()).fold(0.0, largest);
-        let is_steep = least * least_altitude(emitter, plan.power) > 8.0 * self.slack * extent;
+        let extent = self.vertices.iter().map(|v| length(*v - self.vertices[0])).fold(0.0, largest);
+        let is_steep = least * least_altitude(emitter, plan.power) > 8.0 * self.slack * extent + f64::MIN_POSITIVE;
         let is_shared = || match open[..] {
             [one] => is_on_outline(one, emitter),
             _ => edges(emitter.vertices()).any(|[a, b]| open.iter().all(|&v| v == a || v == b || is_between(a, v, b))),
@@ -168,7 +169,7 @@ impl Doubt {
             let side = |p: DVec3| {
                 let r = (p - x) * plan.power;
                 let height = normal.dot(r);
-                let unsure = 16.0 * ROUNDOFF * u.length() * v.length() * r.length();
+                let unsure = 16.0 * ROUNDOFF * length(u) * length(v) * length(r) + f64::MIN_POSITIVE;
                 if height.abs() > unsure {
                     height.signum()
                 } else if name.is_in_line_with(p) {
@@ -184,8 +185,8 @@ impl Doubt {
 
     /// Distance of the occluder, from below.
     fn nearest(&self) -> f64 {
-        let nearest = self.vertices.iter().map(|v| v.length()).fold(f64::INFINITY, smallest);
-        let perimeter: f64 = edges(&self.vertices).map(|[u, v]| (v - u).length()).sum();
+        let nearest = self.vertices.iter().map(|v| length(*v)).fold(f64::INFINITY, smallest);
+        let perimeter: f64 = edges(&self.vertices).map(|[u, v]| length(v - u)).sum();
         (nearest - 0.5 * perimeter).max(0.0)
     }
 
@@ -234,14 +235,17 @@ impl Doubt {
 
     /// Half-spaces `N.p >= offset`, each with what N.p may be off by at distances up to `reach`, that hold the rays through D.
     fn half_spaces(&self, reach: f64, height: f64) -> Vec<(DVec3, f64, f64)> {
-        let middle: DVec3 = self.vertices.iter().sum();
-        let mut found: Vec<(DVec3, f64, f64)> = Vec::with_capacity(self.vertices.len() + 2);
-        for [u, v] in edges(&self.vertices) {
-            let (inward, lengths) = (u.cross(v), u.length() * v.length());
+        let farthest = self.vertices.iter().map(|v| length(*v)).fold(0.0, largest);
+        // The sides are those of a cone, whatever its size.
+        let vertices: Vec<DVec3> = self.vertices.iter().map(|v| *v * normalising_power(farthest)).collect();
+        let middle: DVec3 = vertices.iter().sum();
+        let mut found: Vec<(DVec3, f64, f64)> = Vec::with_capacity(vertices.len() + 2);
+        for [u, v] in edges(&vertices) {
+            let (inward, lengths) = (u.cross(v), length(u) * length(v));
             let inward = if inward.dot(middle) < 0.0 { -inward } else { inward };
-            let outside = |w: &DVec3| -inward.dot(*w) / w.length();
-            let rounding = 16.0 * ROUNDOFF * lengths;
-            found.push((inward, 0.0, (self.vertices.iter().map(outside).fold(0.0, largest) + rounding) * reach));
+            let outside = |w: &DVec3| -inward.dot(*w) / length(*w);
+            let rounding = 16.0 * ROUNDOFF * lengths + f64::MIN_POSITIVE;
+            found.push((inward, 0.0, (vertices.iter().map(outside).fold(0.0, largest) + rounding) * reach));
         }
         let ((normal, offset), share) = (self.plane, self.slack / height);
         let rounding = 16.0 * ROUNDOFF * (reach + offset);
@@ -251,7 +255,6 @@ impl Doubt {
         } else if self.is_edge_on {
             let nearest = self.nearest();
             if nearest > 0.0 {
-                let farthest = self.vertices.iter().map(|v| v.length()).fold(0.0, largest);
                 let aside = 1.5 * (offset + self.slab + 16.0 * ROUNDOFF * farthest) * reach / nearest;
                 found.extend([(normal, -aside, rounding), (-normal, -aside, rounding)]);
             }
@@ -294,6 +297,11 @@ fn least_altitude(polygon: &Polygon, power: f64) -> f64 {
     });
     let least = altitudes.fold(f64::INFINITY, smallest) - 64.0 * f64::EPSILON * polygon.size() * power;
     if least < 0.0 { 0.0 } else { least }
+}
+
+/// The length of a vector whose square may leave the range of doubles.
+fn length(v: DVec3) -> f64 {
+    Vec3::from(v).length()
 }
 
 /// The larger of two lengths; what is not a number stays so.

@@ -117,7 +117,7 @@ impl CircularCone {
         let axis = rays.clone().map(|(ray, _)| ray).sum::<DVec3>().try_normalize()?;
         let cosines = rays.map(|(ray, error)| axis.dot(ray) - error);
         // Not a number where a ray is none.
-        let least = cosines.fold(1.0, |least, cos| if cos >= least { least } else { cos });
+        let least = cosines.fold(1.0, |least: f64, cos| if cos >= least || least.is_nan() { least } else { cos });
         let cos = least - 1e-12;
         (cos > 0.0).then(|| Self { axis, cos, sin: (1.0 - cos * cos).sqrt() })
     }

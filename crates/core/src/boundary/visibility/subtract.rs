@@ -8,7 +8,7 @@ use radgrad_numbers::vec3::Vec3;
 use crate::boundary::arc::Generator;
 use crate::boundary::edge_name::EdgeName;
 use crate::boundary::line::{Line, Sighted};
-use crate::boundary::plan::{Plan, height_over_horizon, height_over_plane};
+use crate::boundary::plan::{Horizon, Plan, height_over_horizon, height_over_plane, is_on_horizon};
 use crate::boundary::visibility::part::{Facing, PartCorner, Sides, VisiblePart};
 use crate::boundary::visibility::shadow::Shadow;
 use crate::boundary::visibility::uncertainty::{Uncertainty, is_doubtful, is_exactly_0};
@@ -17,7 +17,9 @@ use crate::problem::polygon::Polygon;
 use crate::problem::receiver::{Receiver, unit_normal};
 
 /// The sides and heights that bound the uncertainty, and the uncertainty so far.
-pub(super) struct Subtraction<T: Real> {
+pub(super) struct Subtraction<'a, T: Real> {
+    receiver: &'a Receiver,
+    plan: &'a Plan,
     pub(super) sides: Sides<T>,
     /// The emitter's plane: where `-n2 . p` is the height of the receiver over it.
     plane: (Vec3<T>, T),
@@ -30,8 +32,8 @@ pub(super) struct Subtraction<T: Real> {
     pub(super) uncertainty: Uncertainty<RadiusOf<T>>,
 }
 
-impl<T: Real> Subtraction<T> {
-    pub(super) fn new(receiver: &Receiver, emitter: &Emitter, plan: &Plan) -> Self {
+impl<'a, T: Real> Subtraction<'a, T> {
+    pub(super) fn new(receiver: &'a Receiver, emitter: &Emitter, plan: &'a Plan) -> Self {
         let polygon = emitter.polygon();
         let height: T = height_over_plane(receiver.position(), polygon, plan.power);
         let plane = (-polygon.unit_normal(), height);
@@ -41,17 +43,12 @@ impl<T: Real> Subtraction<T> {
         let gradient = emitter.steepest_emission() * emitter.power() / plan.power * 1.01;
         let steepness = (RadiusOf::<T>::from(4.0) / height + 1.0.into()) * gradient;
         let emission = emitter.largest_emission() * emitter.power() * 1.01;
-        Self { sides: Sides::new(), plane, height, emission, steepness, uncertainty: Uncertainty::none() }
+        Self { receiver, plan, sides: Sides::new(), plane, height, emission, steepness, uncertainty: Uncertainty::none() }
     }
 
-    pub(super) fn part_above_horizon(
-        &mut self,
-        receiver: &Receiver,
-        polygon: &Polygon,
-        indices: &[usize],
-        plan: &Plan,
-    ) -> Option<VisiblePart<T>> {
-        let (x, power) = (receiver.position(), plan.power);
+    pub(super) fn part_above_horizon(&mut self, polygon: &Polygon, indices: &[usize]) -> Option<VisiblePart<T>> {
+        let receiver = self.receiver;
+        let (x, power) = (receiver.position(), self.plan.power);
         let vertices: Vec<DVec3> = indices.iter().map(|&i| polygon.vertices()[i]).collect();
         let seen: Vec<Sighted<T>> = vertices.iter().map(|&v| Sighted::from(v, x, power)).collect();
         let corners = (0..vertices.len()).map(|i| {
@@ -83,18 +80,54 @@ impl<T: Real> Subtraction<T> {
     /// The part where `N . omega < 0` for the normal of `side`, if any.
     fn cut(&mut self, part: &VisiblePart<T>, side: Facing) -> Option<VisiblePart<T>> {
         let (normal, name) = (self.sides.normal(side), self.sides.name(side));
-        let depth = |corner: &PartCorner<Vec3<T>>| {
+        let count = part.corners.len();
+        let is_in_horizon = |i: usize| {
+            self.is_horizon(side) && [i, (i + count - 1) % count].iter().any(|&k| self.is_horizon(part.corners[k].side))
+        };
+        let depth = |i: usize| {
+            let corner = &part.corners[i];
             let depth = -normal.dot(corner.point);
             let is_on_it = || name.zip(corner.vertex).is_some_and(|(edge, vertex)| edge.is_in_line_with(vertex));
-            if is_doubtful(depth) && is_on_it() { T::exact(0.0) } else { depth }
+            if is_doubtful(depth) && (is_on_it() || is_in_horizon(i)) { T::exact(0.0) } else { depth }
         };
-        let depths: Vec<T> = part.corners.iter().map(depth).collect();
+        let depths: Vec<T> = (0..count).map(depth).collect();
         let is_small = |i: usize| depths[i].size() <= depths[i].error();
-        if let Some(i) = side_on_the_line(&part.corners, |facing| self.sides.name(facing), name, is_small) {
+        if let Some(i) =
+            (0..count).find(|&i| self.are_one(part.corners[i].side, side, || is_small(i) && is_small((i + 1) % count)))
+        {
             let same_way = self.sides.normal(part.corners[i].side).dot(normal).value() > 0.0;
             return same_way.then(|| part.clone());
         }
         self.keep(part, &depths, side)
+    }
+
+    /// Whether the plane of a side is exactly that of the receiver's horizon: the horizon's own, or of an occluder that stands on the
+    /// receiver's plane.
+    fn is_horizon(&self, side: Facing) -> bool {
+        let lies_in_it = |name: EdgeName| name.ends().into_iter().all(|end| self.is_on_horizon(end));
+        matches!(self.sides.unturned(side), Generator::Horizon(_)) || self.sides.name(side).is_some_and(lies_in_it)
+    }
+
+    fn is_on_horizon(&self, point: DVec3) -> bool {
+        self.plan.horizon == Horizon::Crossing && is_on_horizon(self.receiver, point, self.plan.power)
+    }
+
+    /// Whether a side of a part is on the line which cuts it, or both are in the receiver's horizon: by their names, or, where both of
+    /// its ends may be on that line, exactly.
+    fn are_one(&self, own: Facing, cutting: Facing, is_close: impl Fn() -> bool) -> bool {
+        let Some(line) = self.sides.name(cutting) else { return false };
+        let is_on_line = |name: EdgeName| name == line || (is_close() && name.is_on_the_line_of(line));
+        self.sides.name(own).is_some_and(is_on_line) || (is_close() && self.is_horizon(own) && self.is_horizon(cutting))
+    }
+
+    /// A vertex in which two sides surely meet as they are seen: lines that share it, or the horizon and a line that ends there.
+    fn shared_vertex(&self, own: Facing, cutting: Facing) -> Option<DVec3> {
+        let [name, line] = [own, cutting].map(|side| self.sides.name(side));
+        let in_horizon = |horizon: Facing, line: Option<EdgeName>| {
+            line?.ends().into_iter().find(|&end| self.is_on_horizon(end) && self.is_horizon(horizon))
+        };
+        let shared = name.zip(line).and_then(|(name, line)| name.shared_end(line));
+        shared.or_else(|| in_horizon(own, line)).or_else(|| in_horizon(cutting, name))
     }
 
     /// The part of positive depth, closed along `cutting`.
@@ -107,7 +140,7 @@ impl<T: Real> Subtraction<T> {
             let from_ends = start.point + (end.point - start.point) * (depths[i] / (depths[i] - depths[j]));
             self.crossing(start.side, cutting, from_ends)
         };
-        match kept(&part.corners, &places, cutting, is_line, |facing| self.sides.name(facing), crossing) {
+        match kept(&part.corners, &places, cutting, is_line, |own| self.shared_vertex(own, cutting), crossing) {
             Kept::Nothing => None,
             Kept::Whole => Some(part.clone()),
             Kept::Corners(corners) => Some(VisiblePart::new(corners, &self.sides)),
@@ -159,30 +192,14 @@ pub(super) enum Kept<P> {
     Corners(Vec<PartCorner<P>>),
 }
 
-/// The first side of a part that is on the line which cuts it: by its name, or, where both of its ends may be on that line, exactly.
-pub(super) fn side_on_the_line<P>(
-    corners: &[PartCorner<P>],
-    name: impl Fn(Facing) -> Option<EdgeName>,
-    cutting: Option<EdgeName>,
-    is_small: impl Fn(usize) -> bool,
-) -> Option<usize> {
-    let cutting = cutting?;
-    (0..corners.len()).find(|&i| {
-        name(corners[i].side).is_some_and(|own| {
-            let is_close = || is_small(i) && is_small((i + 1) % corners.len());
-            own == cutting || (is_close() && own.is_on_the_line_of(cutting))
-        })
-    })
-}
-
 /// The corners of positive depth, closed along `cutting` (Sutherland and Hodgman 1974, on a cone), given where a side from one corner
-/// to another crosses it.
+/// to another crosses it, and the vertex of the input that is surely seen there, if any.
 pub(super) fn kept<P: Copy>(
     corners: &[PartCorner<P>],
     places: &[Place],
     cutting: Facing,
     is_line: bool,
-    name: impl Fn(Facing) -> Option<EdgeName>,
+    vertex: impl Fn(Facing) -> Option<DVec3>,
     point: impl Fn(usize, usize) -> P,
 ) -> Kept<P> {
     let count = corners.len();
@@ -202,9 +219,7 @@ pub(super) fn kept<P: Copy>(
             } else if places[j].is_exactly_on_it {
                 PartCorner { side, ..end }
             } else {
-                // Lines that share a point are seen to meet there.
-                let vertex = name(start.side).zip(name(cutting)).and_then(|(own, other)| own.shared_end(other));
-                PartCorner { point: point(i, j), vertex, side }
+                PartCorner { point: point(i, j), vertex: vertex(start.side), side }
             }
         };
         match (inside(i), inside(j)) {

@@ -64,6 +64,9 @@ pub(crate) struct SureArc {
     pub(crate) normal_error: f64,
 }
 
+/// Moments and squares of distances that are far from the ends of the range of doubles.
+const ORDINARY: Range<f64> = LEAST_MOMENT..1.0 / LEAST_MOMENT;
+
 /// Largest spread with which anything is sure.
 const MOST_SPREAD: f64 = 1e-6;
 
@@ -212,7 +215,10 @@ impl<'a> Visible<'a> {
             let edge = [vertex(i), vertex(j)];
             let line = Line::through(edge, [&rays[i].sighted, &rays[j].sighted], x, power);
             let error = line.relative_error() + ROUNDOFF;
-            let is_known = error <= MOST_SPREAD && (LEAST_MOMENT..1.0 / LEAST_MOMENT).contains(&line.moment);
+            let is_known = error <= MOST_SPREAD
+                && ORDINARY.contains(&line.moment)
+                // Lengths of rays whose squares underflow have no digits.
+                && ORDINARY.contains(&rays[i].sighted.square);
             let is_inside = |ray: &Ray| ray.sure_height(line.normal, error).is_some_and(|height| height < 0.0);
             if !is_known || !(0..count).all(|k| k == i || k == j || is_inside(&rays[k])) {
                 return Err(Unsure);

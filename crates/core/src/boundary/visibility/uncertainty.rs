@@ -27,7 +27,7 @@ impl<R: Radius> Uncertainty<R> {
     }
 }
 
-impl<T: Real> Subtraction<T> {
+impl<T: Real> Subtraction<'_, T> {
     /// Bounds the change that the other decision would make, for corners whose depth may have either sign.
     ///
     /// The region in question is within `depth/h` of the cutting plane, in a hemisphere. Its boundary runs along the edges at the
@@ -48,7 +48,7 @@ impl<T: Real> Subtraction<T> {
             let length = || (end - start).norm_squared().size().sqrt() * 1.01 / self.height;
             let (depth, weight) = match is_open {
                 [true, true] => {
-                    let depth = possible(i).max(possible(j));
+                    let depth = larger(possible(i), possible(j));
                     (depth, length().min(half_turn) * exchange(own, cut, depth / self.height))
                 }
                 [first, _] => {
@@ -102,9 +102,15 @@ fn exchange<T: Real>(own: &Generator<T>, cut: &Generator<T>, near: RadiusOf<T>) 
     (bound(own_weight - cut_weight * facing) + bound(own.toward - cut.toward) * bound(cut_weight)) * 1.01 + moved
 }
 
-/// Whether the sign is not known. An exact zero is no doubt: a corner on the horizon.
+/// The larger of two; what is not a number stays so.
+fn larger<R: Radius>(a: R, b: R) -> R {
+    if a >= b || a.partial_cmp(&a).is_none() { a } else { b }
+}
+
+/// Whether the sign is not known, as of what is no number. An exact zero is no doubt: a corner on the horizon.
 pub(super) fn is_doubtful<T: Real>(depth: T) -> bool {
-    mutant!("visibility.doubtful", depth.error() > 0.0.into() && depth.size() <= depth.error(), |_| false)
+    let is_sure = depth.size() > depth.error() || is_exactly_0(depth);
+    mutant!("visibility.doubtful", !is_sure, |_| false)
 }
 
 pub(super) fn is_exactly_0<T: Real>(depth: T) -> bool {
