@@ -15,6 +15,7 @@ mod note;
 mod precision;
 mod prepared;
 pub(crate) mod split;
+mod vertices;
 
 use std::f64::consts::PI;
 use std::path::Path;
@@ -31,9 +32,10 @@ pub use intake::Degenerate;
 pub(crate) use intake::{Intake, Outline};
 pub use material::Material;
 pub use note::Note;
-pub(crate) use precision::{Digits, Written, WrittenPrecision};
+pub(crate) use precision::{Digits, Written, WrittenPrecision, seems_single};
 pub use prepared::{Placement, Prepared};
 pub(crate) use split::triangles;
+pub(crate) use vertices::{Coordinates, Vertices};
 
 /// Named surfaces of polygons with materials.
 ///
