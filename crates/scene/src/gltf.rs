@@ -10,8 +10,9 @@
 //! so does `KHR_texture_transform`. A surface is a node with a mesh: its name is the node's, else the mesh's, else `node 7`.
 //!
 //! Noted, and not used: textures of other formats, transparency, skins, morph targets, points and lines, optional extensions.
-//! Refused: extensions that the file says are required, sparse accessors, and files that break the format; errors name the member,
-//! as in `accessors[3].bufferView`.
+//! Refused: versions before 2.0, extensions that the file says are required, sparse accessors, and files that break the format;
+//! errors name the member, as in `accessors[3].bufferView`. A position that is not finite, and a material of wrong values, are
+//! refused where a triangle uses them.
 
 mod accessor;
 mod buffer;
@@ -21,6 +22,7 @@ mod maps;
 mod tests;
 
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 use std::io;
 use std::path::Path;
 
@@ -30,9 +32,9 @@ use self::accessor::Accessors;
 use self::document::{Document, Material, Node, Primitive};
 use self::maps::Maps;
 use crate::reading::{Budget, Folder, ReadFile};
-use crate::scene::{Intake, Outline};
+use crate::scene::{Intake, Outline, Written, WrittenPrecision, seems_single};
 use crate::words::quoted;
-use crate::{Error, Position, Reading, Scene};
+use crate::{Error, Position, Reading, Scene, largest};
 
 /// Reads a file, and the buffers beside it that it names.
 ///
@@ -43,7 +45,8 @@ pub fn read(file: &Path, reading: impl Into<Reading>) -> Result<Scene, Error> {
     let budget = Budget::new(reading.budget);
     let content = crate::open(file, &budget)?;
     let folder = Folder::of(file, &reading, &budget);
-    parse_within(&content, Intake::new(Scene::new(["r", "g", "b"])?, file, reading, &budget), &mut |name| folder.read(name))
+    parse_within(&content, Intake::new(Scene::new(["r", "g", "b"])?, file, reading, &budget), &mut |name| folder.read(name))?
+        .finish()
 }
 
 /// Reads the content of a file, JSON or binary. `file` is its name in messages; `buffer` gives the content of a file that a
@@ -59,15 +62,20 @@ pub fn parse(
 ) -> Result<Scene, Error> {
     let reading = reading.into();
     let budget = Budget::new(reading.budget);
-    parse_within(content, Intake::new(Scene::new(["r", "g", "b"])?, file, reading, &budget), &mut buffer)
+    parse_within(content, Intake::new(Scene::new(["r", "g", "b"])?, file, reading, &budget), &mut buffer)?.finish()
 }
 
-fn parse_within(content: &[u8], mut intake: Intake, buffer: &mut ReadFile<'_>) -> Result<Scene, Error> {
+fn parse_within(content: &[u8], mut intake: Intake, buffer: &mut ReadFile<'_>) -> Result<Intake, Error> {
     let whole = intake.place(Position::File);
     let (json, binary) = buffer::chunks(content).map_err(|error| error.at(whole.clone()))?;
-    let memory = document::memory_of(json);
+    let file = intake.file();
+    let json = intake.decode(json, &file)?;
+    let memory = document::memory_of(json.as_bytes());
     intake.budget().take("the document", memory).map_err(|error| error.at(whole.clone()))?;
-    let document: Document = serde_json::from_slice(json).map_err(|error| {
+    let document: Document = serde_json::from_str(&json).map_err(|error| {
+        if let Some(version) = document::version_other_than_2(&json) {
+            return document::other_version(&version).at(intake.place(Position::Member("asset.version".to_owned())));
+        }
         let place = if binary.is_some() { whole.clone() } else { intake.place(Position::Line(error.line())) };
         Error::from(error).at(place)
     })?;
@@ -75,13 +83,17 @@ fn parse_within(content: &[u8], mut intake: Intake, buffer: &mut ReadFile<'_>) -
     document.check().map_err(|error| fault(&intake, error))?;
     note_unused(&document, &mut intake);
     let buffers = buffer::contents(&document, binary, intake.budget(), buffer).map_err(|error| fault(&intake, error))?;
-    let materials = materials(&document, &mut intake)?;
+    let (materials, faults) = materials(&document, &mut intake)?;
     let maps = maps::of_materials(&document, &buffers, &materials, &mut intake, buffer)?;
-    let mut reader = Reader { document: &document, buffers: &buffers, materials, maps, intake };
+    let mut reader = Reader { document: &document, buffers: &buffers, materials, faults, maps, intake };
     for (node, transformation) in document.placed_nodes().map_err(|error| fault(&reader.intake, error))? {
         reader.node(node, transformation)?;
     }
-    reader.intake.finish()
+    let Reader { mut intake, faults, .. } = reader;
+    for error in faults.into_values().map(|error| fault(&intake, error)).collect::<Vec<_>>() {
+        intake.ignore_fault(error, "no triangle has the material");
+    }
+    Ok(intake)
 }
 
 fn note_unused(document: &Document, intake: &mut Intake) {
@@ -100,13 +112,14 @@ fn note_unused(document: &Document, intake: &mut Intake) {
     }
 }
 
-/// The index in the scene of each material of the file, and last of the one that holds where a primitive names none.
-fn materials(document: &Document, intake: &mut Intake) -> Result<Vec<usize>, Error> {
+/// The index in the scene of each material of the file, and last of the one that holds where a primitive names none; and what is
+/// wrong with those that are black for want of their values.
+fn materials(document: &Document, intake: &mut Intake) -> Result<(Vec<usize>, BTreeMap<usize, Fault>), Error> {
     let fallback = Material::default();
-    let all = document.materials.iter().chain([&fallback]).enumerate();
-    let add = |(index, material): (usize, &Material)| {
+    let (mut all, mut faults) = (Vec::new(), BTreeMap::new());
+    for (index, material) in document.materials.iter().chain([&fallback]).enumerate() {
         let member = format!("materials[{index}]");
-        let place = intake.place(Position::Member(member));
+        let place = intake.place(Position::Member(member.clone()));
         let surface = material.pbr_metallic_roughness.as_ref();
         let [red, green, blue, alpha] = surface.map_or([1.0; 4], |surface| surface.base_color_factor);
         if alpha != 1.0 && material.alpha_mode.is_some() {
@@ -115,9 +128,20 @@ fn materials(document: &Document, intake: &mut Intake) -> Result<Vec<usize>, Err
         let strength = material.extensions.emissive_strength.as_ref().map_or(1.0, |e| e.emissive_strength);
         let radiance = material.emissive_factor.map(|factor| factor * strength);
         let name = material.name.clone().unwrap_or_else(|| format!("material {index}"));
-        intake.add_material(&name, &[red, green, blue], &radiance).map_err(|error| error.at(place))
-    };
-    all.map(add).collect()
+        let added = match intake.add_material(&name, &[red, green, blue], &radiance) {
+            Err(error @ Error::Material { .. }) => {
+                if intake.needs_materials() {
+                    faults.insert(index, (member, error));
+                } else {
+                    intake.ignore_fault(error.at(place.clone()), "taken as black");
+                }
+                intake.add_material(&name, &[0.0; 3], &[0.0; 3])
+            }
+            added => added,
+        };
+        all.push(added.map_err(|error| error.at(place))?);
+    }
+    Ok((all, faults))
 }
 
 /// An error, with the member in which it is.
@@ -127,6 +151,8 @@ struct Reader<'a> {
     document: &'a Document,
     buffers: &'a [Cow<'a, [u8]>],
     materials: Vec<usize>,
+    /// What is wrong with materials of the file: the first triangle of one is refused.
+    faults: BTreeMap<usize, Fault>,
     /// Of each material of the file: where its textures lie.
     maps: Vec<Maps>,
     intake: Intake,
@@ -151,7 +177,7 @@ impl Reader<'_> {
         error.at(self.intake.place(Position::Member(member)))
     }
 
-    fn node(&mut self, index: usize, transformation: DMat4) -> Result<(), Error> {
+    fn node(&mut self, index: usize, transformation: Transformation) -> Result<(), Error> {
         let node = &self.document.nodes[index];
         let Some(mesh_index) = node.mesh else { return Ok(()) };
         let Some(mesh) = self.document.meshes.get(mesh_index) else {
@@ -192,19 +218,25 @@ impl Reader<'_> {
             Some(index) if index < last => (self.materials[index], self.document.materials[index].double_sided),
             Some(index) => return Err(fault(document::no_such("material", index, last))),
         };
+        if let Some(fault) = primitive.material.and_then(|index| self.faults.get(&index)) {
+            return Err(fault.clone());
+        }
         let mut coordinates = [None, None];
         let maps = primitive.material.and_then(|material| self.maps.get(material));
         for (map, coordinates) in maps.into_iter().flatten().zip(&mut coordinates) {
             let Some(map) = map else { continue };
             match primitive.attributes.others.get(&format!("TEXCOORD_{}", map.set)) {
-                Some(&accessor) => {
-                    let uv = self.accessors().coordinates(accessor)?;
-                    if uv.len() != positions.len() {
-                        let found = format!("{} of {} positions", uv.len(), positions.len());
-                        return Err(fault(Error::expected("texture coordinates of all positions", found)));
+                Some(&accessor) => match self.coordinates(accessor, positions.len()) {
+                    Ok(uv) => *coordinates = Some(uv.into_iter().map(|uv| map.apply(uv)).collect()),
+                    Err((of, error)) => {
+                        let error = (of.unwrap_or_else(|| member.to_owned()), error);
+                        if self.intake.needs_materials() {
+                            return Err(error);
+                        }
+                        let error = self.fault(error);
+                        self.intake.ignore_fault(error, "the primitive has no texture");
                     }
-                    *coordinates = Some(uv.into_iter().map(|uv| map.apply(uv)).collect());
-                }
+                },
                 None => {
                     let place = self.intake.place(Position::Member(member.to_owned()));
                     let what = "primitives without texture coordinates have no texture: factors hold all over them";
@@ -215,18 +247,32 @@ impl Reader<'_> {
         Ok(Ok(PrimitiveTriangles { positions, triangles, material, double_sided, coordinates }))
     }
 
+    /// Texture coordinates of as many vertices; an error comes with the accessor in which it is.
+    fn coordinates(&self, accessor: usize, count: usize) -> Result<Vec<[f64; 2]>, (Option<String>, Error)> {
+        let uv = self.accessors().coordinates(accessor).map_err(|(member, error)| (Some(member), error))?;
+        if uv.len() == count {
+            return Ok(uv);
+        }
+        Err((None, Error::expected("texture coordinates of all positions", format!("{} of {count} positions", uv.len()))))
+    }
+
     fn add(
         &mut self,
         [mesh, primitive]: [usize; 2],
         part: &PrimitiveTriangles,
         surface: usize,
-        transformation: DMat4,
+        transformation: Transformation,
     ) -> Result<(), Error> {
-        let points: Vec<DVec3> = part.positions.iter().map(|&p| transformation.transform_point3(p)).collect();
-        let mirrored = transformation.determinant() < 0.0;
+        let points: Vec<DVec3> = part.positions.iter().map(|&p| transformation.matrix.transform_point3(p)).collect();
+        let mirrored = transformation.matrix.determinant() < 0.0;
+        self.intake.written().at_least(transformation.rounding(part));
         for (triangle, corners) in part.triangles.iter().enumerate() {
             let place = self.intake.place(Position::Triangle { mesh, primitive, triangle });
             let &[a, b, c] = corners;
+            if let Some(wrong) = corners.iter().find(|&&corner| !points[corner].is_finite()) {
+                let found = format!("{} at index {wrong}, {} in the world", part.positions[*wrong], points[*wrong]);
+                return Err(Error::expected("finite positions", found).at(place));
+            }
             let (front, back) = if mirrored { ([c, b, a], [a, b, c]) } else { ([a, b, c], [c, b, a]) };
             let outline = |corners: [usize; 3]| Outline {
                 vertices: corners.map(|corner| points[corner]).to_vec(),
@@ -264,11 +310,39 @@ fn triangles(mode: u64, indices: &[usize]) -> Result<Option<Vec<[usize; 3]>>, Er
     }
 }
 
+/// The transformation from a node to the world.
+#[derive(Debug, Clone, Copy)]
+struct Transformation {
+    matrix: DMat4,
+    /// Whether numbers in it seem to be rounded to single precision.
+    is_single: bool,
+}
+
+impl Transformation {
+    /// The rounding of the coordinates in the world: that of the positions, made longer, and that of the transformation itself.
+    fn rounding(self, part: &PrimitiveTriangles) -> f64 {
+        const SINGLE: f64 = 1.0 / 16_777_216.0;
+        let (mut written, mut most) = (WrittenPrecision::new(), 0.0);
+        for &corner in part.triangles.iter().flatten() {
+            for coordinate in part.positions[corner].to_array() {
+                written.add(Written::Single, coordinate);
+                most = largest(most, coordinate.abs());
+            }
+        }
+        let [x, y, z] = [self.matrix.x_axis, self.matrix.y_axis, self.matrix.z_axis].map(|axis| axis.truncate().abs());
+        let longest = (x + y + z).max_element();
+        let moved = self.matrix.w_axis.truncate().abs().max_element();
+        let of_itself = if self.is_single { SINGLE * (longest * most + moved) } else { 0.0 };
+        longest * written.rounding() + of_itself
+    }
+}
+
 impl Document {
     /// The nodes of the scene shown first, with the transformation from each to the world.
-    fn placed_nodes(&self) -> Result<Vec<(usize, DMat4)>, Fault> {
+    fn placed_nodes(&self) -> Result<Vec<(usize, Transformation)>, Fault> {
         let roots = self.roots()?;
-        let mut open: Vec<(usize, DMat4)> = roots.into_iter().rev().map(|node| (node, DMat4::IDENTITY)).collect();
+        let world = Transformation { matrix: DMat4::IDENTITY, is_single: false };
+        let mut open: Vec<(usize, Transformation)> = roots.into_iter().rev().map(|node| (node, world)).collect();
         let (mut placed, mut seen) = (Vec::new(), vec![false; self.nodes.len()]);
         while let Some((index, parent)) = open.pop() {
             let Some(node) = self.nodes.get(index) else {
@@ -284,7 +358,8 @@ impl Document {
                     Error::expected("an affine transformation of finite numbers, with a rotation that is not zero", "another"),
                 )
             })?;
-            let world = parent * local;
+            let is_single = parent.is_single || node.numbers().any(|&number| seems_single(number));
+            let world = Transformation { matrix: parent.matrix * local, is_single };
             placed.push((index, world));
             open.extend(node.children.iter().rev().map(|&child| (child, world)));
         }
@@ -315,6 +390,11 @@ impl Document {
 }
 
 impl Node {
+    /// The numbers of its transformation.
+    fn numbers(&self) -> impl Iterator<Item = &f64> {
+        self.matrix.iter().flatten().chain(&self.translation).chain(&self.rotation).chain(&self.scale)
+    }
+
     /// From the node to its parent: its matrix, or scale, then rotation, then translation.
     fn transformation(&self) -> Option<DMat4> {
         let matrix = match self.matrix {

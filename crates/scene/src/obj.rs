@@ -1,24 +1,24 @@
 //! Wavefront OBJ with its MTL libraries, in double precision.
 //!
-//! Read: `v` (a fourth number and vertex colours are skipped), `f` with any number of vertices in the forms `v`, `v/vt`, `v//vn`
-//! and `v/vt/vn`, counted from 1 or backwards from -1; `o`, `g`, `usemtl`, `mtllib`; `Kd` and `Ke` of materials; comments, lines
-//! continued by `\`, either end of line. `map_Kd` and `map_Ke` are textures, where faces have the
-//! coordinates `vt`. The order of a face's vertices decides to which side it is lit, not its normals. A
-//! surface is a group: its name is that of `g`, or `o`, or `o/g` where both are given; a name that comes again is the same
-//! surface.
+//! Read: `v`, `f` with any number of vertices in the forms `v`, `v/vt`, `v//vn` and `v/vt/vn`, counted from 1 or backwards from -1;
+//! `o`, `g`, `usemtl`, `mtllib`; `Kd` and `Ke` of materials; comments, lines continued by `\`, any end of line, UTF-8, UTF-16 with
+//! its mark and Latin-1. `map_Kd` and `map_Ke` are textures, where faces have the coordinates `vt`. The order of a face's vertices
+//! decides to which side it is lit, not its normals. A surface is a group: its name is that of `g`, or `o`, or `o/g` where both are
+//! given; a name that comes again is the same surface.
 //!
-//! A library that cannot be read is noted; a material that is then not known is refused where it is used, or taken as black
-//! where materials are optional ([`crate::Materials`]).
-//!
-//! Statements that say nothing of flat, diffuse faces are skipped: `vn`, `vp`, `s`, `mg`, and statements about display. Points and
-//! lines are skipped with a [`crate::Note`]. Free-form surfaces, and any statement that is unknown, are refused: they may be faces.
+//! A file is refused where a face is not known: a vertex that is no three finite numbers, where a face uses it, an index of none, a
+//! statement of numbers that is unknown, which may be a face. A material that is not known, or wrong, is refused by the first face
+//! that has it, or taken as black where materials are optional ([`crate::Materials`]). All else is left out with a [`crate::Note`]:
+//! libraries and textures that cannot be read, weights and colours of vertices, points, lines, free-form surfaces, words that are
+//! no statement. Statements that say nothing of flat, diffuse faces are skipped: `vn`, `vp`, `s`, `mg`, and those about display.
 
 mod map;
 mod mtl;
 #[cfg(test)]
 mod tests;
 
-use std::collections::HashMap;
+use std::borrow::Cow;
+use std::collections::{BTreeMap, HashMap};
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -26,8 +26,8 @@ use radgrad_core::DVec3;
 
 use self::map::Textures;
 use crate::reading::{Budget, Folder, ReadFile};
-use crate::scene::{Intake, Outline};
-use crate::words::{Words, decode, printable, quoted, without_mark};
+use crate::scene::{Intake, Outline, Vertices};
+use crate::words::{Words, lines, printable, quoted};
 use crate::{Error, Position, Reading, Scene};
 
 /// Reads a file and the material libraries that it names, which stand beside it.
@@ -39,7 +39,8 @@ pub fn read(file: &Path, reading: impl Into<Reading>) -> Result<Scene, Error> {
     let budget = Budget::new(reading.budget);
     let text = crate::open(file, &budget)?;
     let folder = Folder::of(file, &reading, &budget);
-    parse_within(&text, Intake::new(Scene::new(["r", "g", "b"])?, file, reading, &budget), &mut |name| folder.read(name))
+    parse_within(&text, Intake::new(Scene::new(["r", "g", "b"])?, file, reading, &budget), &mut |name| folder.read(name))?
+        .finish()
 }
 
 /// Reads the text of a file. `file` is its name in messages; `library` gives the content of a material library or a texture.
@@ -64,15 +65,17 @@ pub fn parse(
 ) -> Result<Scene, Error> {
     let reading = reading.into();
     let budget = Budget::new(reading.budget);
-    parse_within(text, Intake::new(Scene::new(["r", "g", "b"])?, file, reading, &budget), &mut library)
+    parse_within(text, Intake::new(Scene::new(["r", "g", "b"])?, file, reading, &budget), &mut library)?.finish()
 }
 
-fn parse_within(text: &[u8], intake: Intake, library: &mut ReadFile<'_>) -> Result<Scene, Error> {
+fn parse_within(text: &[u8], mut intake: Intake, library: &mut ReadFile<'_>) -> Result<Intake, Error> {
+    let file = intake.file();
+    let text = intake.decode(text, &file)?;
     let mut reader = Reader {
         intake,
-        vertices: Vec::new(),
+        vertices: Vertices::default(),
         coordinates: Vec::new(),
-        materials: HashMap::new(),
+        materials: Library::default(),
         textures: Textures::default(),
         libraries: Vec::new(),
         missing: None,
@@ -81,46 +84,77 @@ fn parse_within(text: &[u8], intake: Intake, library: &mut ReadFile<'_>) -> Resu
         material: None,
         library,
     };
-    for_each_statement(text, |line, statement| {
-        let result = decode(statement).and_then(|statement| reader.statement(line, statement));
+    for_each_statement(&text, |line, statement| {
+        let result = reader.statement(line, statement);
         // An error in a library has its place already.
         result.map_err(|error| if error.place().is_some() { error } else { error.at(reader.intake.place(Position::Line(line))) })
     })?;
-    reader.intake.finish()
+    let Reader { mut intake, vertices, materials, .. } = reader;
+    vertices.note_faults(&mut intake);
+    for error in materials.faults.into_values() {
+        intake.ignore_fault(error, "no face has the material");
+    }
+    Ok(intake)
 }
 
 /// Calls `take` with the number of each statement's first line and with its text: comments cut off, continued lines joined,
 /// blank ones left out.
-fn for_each_statement(text: &[u8], mut take: impl FnMut(usize, &[u8]) -> Result<(), Error>) -> Result<(), Error> {
-    let text = without_mark(text);
-    let (mut first, mut joined) = (0, Vec::new());
-    for (index, line) in text.split(|&byte| byte == b'\n').enumerate() {
-        let comment = (0..line.len()).find(|&i| line[i] == b'#' && (i == 0 || line[i - 1].is_ascii_whitespace()));
+fn for_each_statement(text: &str, mut take: impl FnMut(usize, &str) -> Result<(), Error>) -> Result<(), Error> {
+    let (mut first, mut joined) = (0, String::new());
+    for (index, line) in lines(text).enumerate() {
+        let bytes = line.as_bytes();
+        let comment = (0..bytes.len()).find(|&i| bytes[i] == b'#' && (i == 0 || bytes[i - 1].is_ascii_whitespace()));
         let line = line[..comment.unwrap_or(line.len())].trim_ascii_end();
         if joined.is_empty() {
             first = index + 1;
         }
-        if let Some(line) = line.strip_suffix(b"\\") {
-            joined.extend_from_slice(line);
-            joined.push(b' ');
+        if let Some(line) = line.strip_suffix('\\') {
+            joined.push_str(line);
+            joined.push(' ');
             continue;
         }
-        joined.extend_from_slice(line);
-        if !joined.trim_ascii().is_empty() {
-            take(first, &joined)?;
+        // Nearly all lines are statements of their own.
+        let statement = if joined.is_empty() { Cow::Borrowed(line) } else { Cow::Owned(std::mem::take(&mut joined) + line) };
+        if !statement.trim_ascii().is_empty() {
+            take(first, &statement)?;
         }
-        joined.clear();
     }
-    if joined.is_empty() { Ok(()) } else { take(first, &joined) }
+    if joined.trim_ascii().is_empty() { Ok(()) } else { take(first, &joined) }
+}
+
+/// Materials by their names, those of libraries and those that are only asked for.
+#[derive(Default)]
+struct Library {
+    /// Index of each by its name.
+    names: HashMap<String, usize>,
+    /// How many of them are black for want of their values.
+    unknown: usize,
+    /// Of these, where materials are required: why. The first face of one is refused.
+    faults: BTreeMap<usize, Error>,
+}
+
+impl Library {
+    /// Adds a black material in place of one that is not known: where materials are optional, that is noted.
+    fn add_unknown(&mut self, name: &str, error: Error, intake: &mut Intake) -> Result<usize, Error> {
+        let black = intake.add_material(name, &[0.0; 3], &[0.0; 3])?;
+        if intake.needs_materials() {
+            intake.budget().take_many("materials", 1, 4 * size_of::<Error>())?;
+            self.faults.insert(black, error);
+        } else {
+            intake.ignore_fault(error, "taken as black");
+        }
+        self.names.insert(name.to_owned(), black);
+        self.unknown += 1;
+        Ok(black)
+    }
 }
 
 struct Reader<'a> {
     intake: Intake,
-    vertices: Vec<DVec3>,
-    /// `vt`.
+    vertices: Vertices,
+    /// `vt`, NaN where they are wrong.
     coordinates: Vec<[f64; 2]>,
-    /// Index of each material by its name.
-    materials: HashMap<String, usize>,
+    materials: Library,
     textures: Textures,
     libraries: Vec<PathBuf>,
     /// The first library that could not be read, and why.
@@ -136,8 +170,8 @@ impl Reader<'_> {
         let mut words = Words::new(text);
         let Some(keyword) = words.next() else { return Ok(()) };
         match keyword {
-            "v" => self.vertex(words)?,
-            "vt" => self.coordinate(words)?,
+            "v" => self.vertex(line, words)?,
+            "vt" => self.coordinate(line, words)?,
             "f" | "fo" => self.face(line, words)?,
             "o" | "g" => {
                 let name = Intake::checked_name(words.rest())?.split_ascii_whitespace().collect::<Vec<_>>().join(" ");
@@ -148,19 +182,19 @@ impl Reader<'_> {
                     self.group = name;
                 }
             }
-            "usemtl" => self.material = Some(self.material_named(line, words.rest())?),
+            "usemtl" => self.material = self.material_named(line, words.rest())?,
             "mtllib" => self.read_libraries(line, words)?,
             "p" | "l" => self.ignore(line, format!("`{keyword}` is no surface: points and lines are left out")),
             "vn" | "vp" | "s" | "mg" | "bevel" | "c_interp" | "d_interp" | "lod" | "shadow_obj" | "trace_obj" | "maplib"
             | "usemap" => {}
             "cstype" | "deg" | "bmat" | "step" | "curv" | "curv2" | "surf" | "parm" | "trim" | "hole" | "scrv" | "sp" | "end"
             | "con" | "bzp" | "bsp" | "cdc" | "cdp" | "res" | "ctech" | "stech" => {
-                return Err(Error::Unsupported {
-                    what: format!("the free-form statement `{keyword}`"),
-                    instead: "export the surfaces as polygons",
-                });
+                self.ignore(line, "free-form curves and surfaces are left out: export them as polygons".to_owned());
             }
-            _ => return Err(Error::expected("a statement of OBJ (v, f, o, g, usemtl, mtllib, ...)", quoted(Some(keyword)))),
+            _ if is_data(words) => {
+                return Err(Error::expected("a statement of OBJ (v, f, o, g, usemtl, mtllib, ...)", quoted(Some(keyword))));
+            }
+            _ => self.ignore(line, "a line that is no statement of OBJ is not used".to_owned()),
         }
         Ok(())
     }
@@ -170,31 +204,31 @@ impl Reader<'_> {
         self.intake.ignore(place, what);
     }
 
-    fn vertex(&mut self, mut words: Words<'_>) -> Result<(), Error> {
-        let vertex = DVec3::new(words.number("x")?, words.number("y")?, words.number("z")?);
-        // A weight or a colour may follow, or both.
-        for further in ["w or red", "green", "blue", "alpha"] {
-            if words.is_empty() {
-                break;
-            }
-            words.number(further)?;
+    fn vertex(&mut self, line: usize, mut words: Words<'_>) -> Result<(), Error> {
+        let read = words.coordinates(["x", "y", "z"]).map_err(|error| error.at(self.intake.place(Position::Line(line))));
+        let mut further = words.clone();
+        match (further.next().map(str::parse::<f64>), further.is_empty()) {
+            (None | Some(Ok(1.0)), true) => {}
+            _ if read.is_err() => {}
+            (_, true) => self.ignore(line, "the weight of a vertex, its fourth number, is not used".to_owned()),
+            _ => self.ignore(line, "the numbers after the coordinates of a vertex, such as its colour, are not used".to_owned()),
         }
-        words.end()?;
-        self.intake.budget().take_many("vertices", 1, 2 * size_of::<DVec3>())?;
-        self.vertices.push(vertex);
-        Ok(())
+        self.vertices.push(read, &self.intake)
     }
 
     /// `u`, and `v` where there is one; a third number is of no use on a surface.
-    fn coordinate(&mut self, mut words: Words<'_>) -> Result<(), Error> {
-        let u = words.number("u")?;
-        let v = if words.is_empty() { 0.0 } else { words.number("v")? };
-        if !words.is_empty() {
-            words.number("w")?;
-        }
-        words.end()?;
+    fn coordinate(&mut self, line: usize, mut words: Words<'_>) -> Result<(), Error> {
         self.intake.budget().take_many("texture coordinates", 1, 2 * size_of::<[f64; 2]>())?;
-        self.coordinates.push([u, v]);
+        let u = words.number("u");
+        let v = if words.is_empty() { Ok(0.0) } else { words.number("v") };
+        let coordinates = match (u, v) {
+            (Ok(u), Ok(v)) => [u, v],
+            (Err(error), _) | (_, Err(error)) => {
+                self.ignore(line, format!("{error}: the texture coordinate is not used"));
+                [f64::NAN; 2]
+            }
+        };
+        self.coordinates.push(coordinates);
         Ok(())
     }
 
@@ -202,10 +236,13 @@ impl Reader<'_> {
         let (mut vertices, mut corners) = (Vec::with_capacity(4), Vec::with_capacity(4));
         while let Some(word) = words.next() {
             self.intake.budget().take_many("corners of faces", 1, size_of::<DVec3>() + size_of::<&str>())?;
-            vertices.push(self.corner(word)?);
+            vertices.push(self.corner(line, word)?);
             corners.push(word);
         }
         let material = self.material_index(line)?;
+        if let Some(error) = self.materials.faults.get(&material) {
+            return Err(error.clone());
+        }
         let Self { textures, intake, library, .. } = self;
         textures.load(material, intake, library)?;
         let surface = match (self.object.as_str(), self.group.as_str()) {
@@ -224,37 +261,53 @@ impl Reader<'_> {
         if mappings.iter().all(Option::is_none) {
             return Ok([None, None]);
         }
+        let known = self.known_coordinates(line, corners);
+        let uv = match known {
+            Ok(Some(uv)) => uv,
+            Ok(None) => return Ok([None, None]),
+            Err(error) if self.intake.needs_materials() => return Err(error),
+            Err(error) => {
+                self.ignore(line, format!("{error}: the face has no texture"));
+                return Ok([None, None]);
+            }
+        };
+        Ok(mappings.map(|mapping| mapping.map(|mapping| uv.iter().map(|&uv| mapping.apply(uv)).collect())))
+    }
+
+    /// The `vt` of a face's corners; none where a corner has none.
+    fn known_coordinates(&mut self, line: usize, corners: &[&str]) -> Result<Option<Vec<[f64; 2]>>, Error> {
         let mut uv = Vec::with_capacity(corners.len());
         for word in corners {
             let texture = word.split('/').nth(1).filter(|texture| !texture.is_empty());
             let Some(index) = texture.and_then(|texture| texture.parse::<i64>().ok()) else {
                 self.ignore(line, "faces without `vt` have no texture: `Kd` and `Ke` hold all over them".to_owned());
-                return Ok([None, None]);
+                return Ok(None);
             };
-            let place = place_of(index, self.coordinates.len());
-            uv.push(place.map(|place| self.coordinates[place]).ok_or_else(|| {
-                let count = self.coordinates.len();
+            let count = self.coordinates.len();
+            let coordinates = place_of(index, count).map(|place| self.coordinates[place]).ok_or_else(|| {
                 Error::expected(format!("the index of one of the {count} `vt` before this line"), quoted(Some(word)))
-            })?);
+            })?;
+            if coordinates[0].is_nan() {
+                return Err(Error::expected("the index of a `vt` of finite numbers", quoted(Some(word))));
+            }
+            uv.push(coordinates);
         }
-        Ok(mappings.map(|mapping| mapping.map(|mapping| uv.iter().map(|&uv| mapping.apply(uv)).collect())))
+        Ok(Some(uv))
     }
 
-    /// The vertex of one word of a face: `7`, `7/1`, `7//3` or `7/1/3`, or the same with negative numbers.
-    fn corner(&self, word: &str) -> Result<DVec3, Error> {
+    /// The vertex of one word of a face: `7`, `7/1`, `7//3` or `7/1/3`, or the same with negative numbers, or with nothing after a
+    /// slash. What follows the first is not needed, and noted where it is no index.
+    fn corner(&mut self, line: usize, word: &str) -> Result<DVec3, Error> {
+        let mut parts = word.split('/');
+        let index = parts.next().and_then(|index| index.parse::<i64>().ok());
         let wrong = || Error::expected("a vertex of a face (`v`, `v/vt`, `v//vn` or `v/vt/vn`)", quoted(Some(word)));
-        let is_integer = |part: &str| part.parse::<i64>().is_ok();
-        let (index, attributes) = word.split_once('/').map_or((word, None), |(index, rest)| (index, Some(rest)));
-        let index: i64 = index.parse().map_err(|_| wrong())?;
-        let well_formed = attributes.is_none_or(|attributes| match attributes.split_once('/') {
-            None => is_integer(attributes),
-            Some((texture, normal)) => (texture.is_empty() || is_integer(texture)) && is_integer(normal),
-        });
-        if !well_formed {
-            return Err(wrong());
+        let index = index.ok_or_else(wrong)?;
+        if parts.clone().count() > 2 || parts.any(|part| !part.is_empty() && part.parse::<i64>().is_err()) {
+            self.ignore(line, format!("{}: what follows the vertex is not used", wrong()));
         }
         let count = self.vertices.len();
-        place_of(index, count).map(|place| self.vertices[place]).ok_or_else(|| {
+        let corner = place_of(index, count).map(|place| self.vertices.corner(place, &mut self.intake)).transpose()?;
+        corner.flatten().ok_or_else(|| {
             let range = if count == 0 { "no vertices stand".to_owned() } else { format!("1 to {count} or -1 to -{count} stand") };
             Error::expected(format!("the index of a vertex: {range} before this line"), quoted(Some(word)))
         })
@@ -271,37 +324,47 @@ impl Reader<'_> {
         Ok(black)
     }
 
-    /// The material of a name. One that is not known is black where materials are optional.
-    fn material_named(&mut self, line: usize, name: &str) -> Result<usize, Error> {
-        if let Some(&material) = self.materials.get(name) {
-            return Ok(material);
+    /// The material of a name, none of no name.
+    fn material_named(&mut self, line: usize, name: &str) -> Result<Option<usize>, Error> {
+        if let Some(&material) = self.materials.names.get(name) {
+            return Ok(Some(material));
+        }
+        if name.is_empty() {
+            self.ignore(line, "`usemtl` without a name: the faces after it have no material".to_owned());
+            return Ok(None);
         }
         let known = match &self.missing {
             Some(missing) => missing.clone(),
-            None => format!("{} are known from {} libraries", self.materials.len(), self.libraries.len()),
+            None => {
+                let known = self.materials.names.len() - self.materials.unknown;
+                format!("{known} are known from {} libraries", self.libraries.len())
+            }
         };
         let missing = Error::Missing { what: "material", which: quoted(Some(name)), known };
-        if self.intake.needs_materials() {
-            return Err(missing);
-        }
-        self.ignore(line, format!("{missing}: taken as black"));
-        let black = self.intake.add_material(name, &[0.0; 3], &[0.0; 3])?;
-        self.materials.insert(name.to_owned(), black);
-        Ok(black)
+        let place = self.intake.place(Position::Line(line));
+        self.materials.add_unknown(name, missing.at(place), &mut self.intake).map(Some)
     }
 
     /// One library whose name may have spaces, or else several.
     fn read_libraries(&mut self, line: usize, words: Words<'_>) -> Result<(), Error> {
-        let whole = words.rest();
+        let whole = words.rest().trim_matches('"');
         if whole.is_empty() {
-            return Err(Error::expected("the name of a material library", quoted(None)));
+            self.ignore(line, "`mtllib` without a name is not used".to_owned());
+            return Ok(());
         }
         match (self.library)(Path::new(whole)) {
-            Err(error) if error.kind() == io::ErrorKind::NotFound && whole.contains(|c: char| c.is_ascii_whitespace()) => {
-                whole.split_ascii_whitespace().try_for_each(|name| {
-                    let content = (self.library)(Path::new(name));
-                    self.take_library(line, name, content)
-                })
+            Err(error) if error.kind() == io::ErrorKind::NotFound && whole.contains(['\\', ' ', '\t']) => {
+                // Windows parts folders by backslashes.
+                let slashed = whole.replace('\\', "/");
+                match (self.library)(Path::new(&slashed)) {
+                    Err(error) if error.kind() == io::ErrorKind::NotFound && slashed.contains([' ', '\t']) => {
+                        slashed.split_ascii_whitespace().try_for_each(|name| {
+                            let content = (self.library)(Path::new(name));
+                            self.take_library(line, name, content)
+                        })
+                    }
+                    content => self.take_library(line, &slashed, content),
+                }
             }
             content => self.take_library(line, whole, content),
         }
@@ -315,7 +378,7 @@ impl Reader<'_> {
             Ok(content) => content,
             Err(error) => {
                 let unreadable = Error::Unreadable { file: name.into(), reason: error.to_string() };
-                if error.kind() == io::ErrorKind::FileTooLarge {
+                if error.kind() == io::ErrorKind::FileTooLarge && self.intake.needs_materials() {
                     return Err(self.intake.budget().exceeded(&format!("`{}`", printable(name))));
                 }
                 self.ignore(line, unreadable.to_string());
@@ -323,10 +386,21 @@ impl Reader<'_> {
                 return Ok(());
             }
         };
-        mtl::parse(&content, Path::new(name), &mut self.intake, &mut self.materials, &mut self.textures)?;
+        if let Err(error) = mtl::parse(&content, Path::new(name), &mut self.intake, &mut self.materials, &mut self.textures) {
+            if matches!(error.fault(), Error::Budget { .. }) {
+                return Err(error);
+            }
+            self.missing.get_or_insert(error.to_string());
+            self.intake.ignore_fault(error, "the library is not used");
+        }
         self.libraries.push(name.into());
         Ok(())
     }
+}
+
+/// Whether the words after an unknown keyword are numbers or indices all, so that it may be a face or a vertex.
+fn is_data(mut words: Words<'_>) -> bool {
+    std::iter::from_fn(|| words.next()).all(|word| word.split('/').all(|part| part.is_empty() || part.parse::<f64>().is_ok()))
 }
 
 /// The place in a list of an index from 1, or from -1 backwards.

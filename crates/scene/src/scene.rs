@@ -18,6 +18,7 @@ mod overlaps;
 mod precision;
 mod prepared;
 pub(crate) mod split;
+mod vertices;
 
 use std::f64::consts::PI;
 use std::path::Path;
@@ -35,9 +36,10 @@ pub(crate) use intake::{Intake, Outline};
 pub use material::Material;
 pub use note::Note;
 pub use overlaps::Overlaps;
-pub(crate) use precision::{Digits, Written, WrittenPrecision};
+pub(crate) use precision::{Digits, Written, WrittenPrecision, seems_single};
 pub use prepared::{Placement, Prepared};
 pub(crate) use split::triangles;
+pub(crate) use vertices::{Coordinates, Vertices};
 
 /// Named surfaces of polygons with materials.
 ///

@@ -1,17 +1,20 @@
 //! STL, as text or binary: triangles without materials, for form factors.
 //!
 //! The text has `solid NAME`, facets of `facet normal x y z`, `outer loop`, three `vertex x y z`, `endloop`, `endfacet`, and
-//! `endsolid`; a file may have several solids, each of which is a surface. The binary form has 80 bytes of anything, the number of
-//! triangles, and 50 bytes for each: a normal, three corners, single precision and little-endian, and two bytes of anything. A file is
-//! binary if it is exactly as long as that. The order of the corners decides to which side a triangle is lit, not its normal. The
-//! material is black: STL has none.
+//! `endsolid`, in letters of either case; a file may have several solids, each of which is a surface. The binary form has 80 bytes of
+//! anything, the number of triangles, and 50 bytes for each: a normal, three corners, single precision and little-endian, and two
+//! bytes of anything. A file is binary if it is exactly as long as that, or has a byte 0 where a text has its first lines. The order
+//! of the corners decides to which side a triangle is lit, not its normal. The material is black: STL has none.
+//!
+//! Noted are an `endsolid` that is missing, statements such as `color` and words after the coordinates, and bytes after the last
+//! triangle; a text that ends in a facet, and a binary file that is too short, are refused.
 
 use std::path::Path;
 
 use radgrad_core::DVec3;
 
-use crate::scene::Intake;
-use crate::words::{Words, decode, quoted, without_mark};
+use crate::scene::{Intake, Written};
+use crate::words::{Words, lines, quoted};
 use crate::{Error, Position, Reading, Scene};
 
 /// Length of the header of a binary file, the number of triangles included, and of a triangle.
@@ -25,7 +28,7 @@ const TRIANGLE: usize = 50;
 pub fn read(file: &Path, reading: impl Into<Reading>) -> Result<Scene, Error> {
     let (intake, material) = Intake::of_mesh(file, reading.into())?;
     let content = crate::open(file, intake.budget())?;
-    parse_within(&content, intake, material)
+    parse_within(&content, intake, material)?.finish()
 }
 
 /// Reads the content of a file, whose name is `file` in messages.
@@ -42,35 +45,55 @@ pub fn read(file: &Path, reading: impl Into<Reading>) -> Result<Scene, Error> {
 /// As [`read`].
 pub fn parse(content: &[u8], file: &Path, reading: impl Into<Reading>) -> Result<Scene, Error> {
     let (intake, material) = Intake::of_mesh(file, reading.into())?;
-    parse_within(content, intake, material)
+    parse_within(content, intake, material)?.finish()
 }
 
-fn parse_within(content: &[u8], mut intake: Intake, material: usize) -> Result<Scene, Error> {
-    match triangles(content) {
-        Some(triangles) => binary(triangles, material, &mut intake)?,
-        None => text(content, material, &mut intake)?,
+fn parse_within(content: &[u8], mut intake: Intake, material: usize) -> Result<Intake, Error> {
+    if is_binary(content) {
+        binary(content, material, &mut intake)?;
+    } else {
+        text(content, material, &mut intake)?;
     }
-    intake.finish()
+    Ok(intake)
 }
 
-/// The triangles of a binary file.
-fn triangles(content: &[u8]) -> Option<&[u8]> {
+/// The triangles of a binary file, by its count, and the bytes after its header.
+fn counted(content: &[u8]) -> Option<(u64, &[u8])> {
     let (header, triangles) = content.split_at_checked(HEADER)?;
     let count = u32::from_le_bytes(header[80..].try_into().ok()?);
-    (triangles.len() as u64 == u64::from(count) * TRIANGLE as u64).then_some(triangles)
+    Some((u64::from(count), triangles))
 }
 
-fn binary(triangles: &[u8], material: usize, intake: &mut Intake) -> Result<(), Error> {
+fn is_binary(content: &[u8]) -> bool {
+    let is_exact = counted(content).is_some_and(|(count, triangles)| triangles.len() as u64 == count * TRIANGLE as u64);
+    let has_mark = content.starts_with(b"\xff\xfe") || content.starts_with(b"\xfe\xff");
+    is_exact || !has_mark && content[..content.len().min(HEADER + TRIANGLE)].contains(&0)
+}
+
+fn binary(content: &[u8], material: usize, intake: &mut Intake) -> Result<(), Error> {
+    let whole = intake.place(Position::File);
+    let needed = |count: u64| HEADER as u64 + count * TRIANGLE as u64;
+    let (count, triangles) = counted(content).filter(|(count, _)| needed(*count) <= content.len() as u64).ok_or_else(|| {
+        let expected = counted(content).map_or_else(
+            || format!("the {HEADER} bytes with which binary STL begins"),
+            |(count, _)| format!("{} bytes of binary STL for its {count} triangles", needed(count)),
+        );
+        Error::expected(expected, content.len().to_string()).at(whole.clone())
+    })?;
+    let (triangles, rest) = triangles.split_at(usize::try_from(count * TRIANGLE as u64).unwrap_or(triangles.len()));
+    if !rest.is_empty() {
+        intake.ignore(whole, format!("{} bytes after the {count} triangles of the file are not read", rest.len()));
+    }
     let surface = intake.surface("solid")?;
     for (index, triangle) in triangles.chunks_exact(TRIANGLE).enumerate() {
         let place = intake.place(Position::Member(format!("triangles[{index}]")));
-        let mut numbers = triangle[12..48].chunks_exact(4).map(|bytes| {
-            let number = f64::from(f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]));
-            if number.is_finite() { Ok(number) } else { Err(Error::expected("a finite number", number.to_string())) }
-        });
-        let mut next = || numbers.next().unwrap_or_else(|| Err(Error::expected("nine numbers", "fewer")));
-        let mut corner = || Ok::<_, Error>(DVec3::new(next()?, next()?, next()?));
-        let corners = (|| Ok(vec![corner()?, corner()?, corner()?]))().map_err(|error: Error| error.at(place.clone()))?;
+        let (numbers, _) = triangle[12..48].as_chunks::<4>();
+        let numbers: Vec<f64> = numbers.iter().map(|bytes| f64::from(f32::from_le_bytes(*bytes))).collect();
+        if let Some(wrong) = numbers.iter().find(|number| !number.is_finite()) {
+            return Err(Error::expected("a finite number", wrong.to_string()).at(place));
+        }
+        numbers.iter().for_each(|&number| intake.written().add(Written::Single, number));
+        let corners = numbers.chunks_exact(3).map(DVec3::from_slice).collect();
         intake.add_face(surface, material, corners, place)?;
     }
     Ok(())
@@ -85,30 +108,49 @@ struct Open {
 }
 
 fn text(content: &[u8], material: usize, intake: &mut Intake) -> Result<(), Error> {
+    let file = intake.file();
+    let content = intake.decode(content, &file)?;
     let mut reading = Open { solid: None, facet: None };
-    for (index, line) in without_mark(content).split(|&byte| byte == b'\n').enumerate() {
+    for (index, line) in lines(&content).enumerate() {
         let place = intake.place(Position::Line(index + 1));
-        let read = decode(line).and_then(|line| statement(Words::new(line), index + 1, material, &mut reading, intake));
+        let read = statement(Words::new(line), index + 1, material, &mut reading, intake);
         read.map_err(|error| if error.place().is_some() { error } else { error.at(place) })?;
     }
-    if reading.solid.is_none() && reading.facet.is_none() {
-        return Ok(());
+    let place = intake.place(Position::File);
+    if let Some((line, _)) = reading.facet {
+        return Err(Error::expected(format!("`endfacet` of the facet of line {line}"), "the end of the file").at(place));
     }
-    Err(Error::expected("`endsolid`", "the end of the file").at(intake.place(Position::File)))
+    if reading.solid.is_some() {
+        intake.ignore(place, "the file ends without `endsolid`: it may have lost facets".to_owned());
+    }
+    Ok(())
 }
 
 fn statement(mut words: Words<'_>, line: usize, material: usize, reading: &mut Open, intake: &mut Intake) -> Result<(), Error> {
     let Some(word) = words.next() else { return Ok(()) };
-    match (word.to_ascii_lowercase().as_str(), &mut reading.solid, &mut reading.facet) {
-        ("solid", solid @ None, _) => {
+    let mut keyword = word.to_ascii_lowercase();
+    if keyword == "end" {
+        // Some write `end facet`.
+        keyword.push_str(&words.next().unwrap_or_default().to_ascii_lowercase());
+    }
+    match (keyword.as_str(), &mut reading.solid, &mut reading.facet) {
+        ("solid", solid, None) => {
             let name = words.rest();
-            *solid = Some(if name.is_empty() { "solid".to_owned() } else { name.to_owned() });
+            if solid.replace(if name.is_empty() { "solid".to_owned() } else { name.to_owned() }).is_some() {
+                let place = intake.place(Position::Line(line));
+                intake.ignore(place, "a solid begins before the `endsolid` of the one before it".to_owned());
+            }
         }
         ("facet", Some(_), facet @ None) => *facet = Some((line, Vec::with_capacity(3))),
         ("outer" | "endloop", _, Some(_)) => {}
         ("vertex", _, Some((_, corners))) if corners.len() < 3 => {
-            corners.push(DVec3::new(words.number("x")?, words.number("y")?, words.number("z")?));
-            words.end()?;
+            let (corner, written) = words.coordinates(["x", "y", "z"])?;
+            corner.into_iter().zip(written).for_each(|(value, written)| intake.written().add(written, value));
+            corners.push(corner.into());
+            if !words.is_empty() {
+                let place = intake.place(Position::Line(line));
+                intake.ignore(place, "what follows the coordinates of a vertex is not used".to_owned());
+            }
         }
         ("endfacet", Some(name), Some((first, corners))) if corners.len() == 3 => {
             let (surface, place) = (intake.surface(name)?, intake.place(Position::Line(*first)));
@@ -116,7 +158,7 @@ fn statement(mut words: Words<'_>, line: usize, material: usize, reading: &mut O
             reading.facet = None;
         }
         ("endsolid", solid @ Some(_), None) => *solid = None,
-        _ => {
+        ("solid" | "facet" | "outer" | "vertex" | "endloop" | "endfacet" | "endsolid", _, _) | (_, None, _) => {
             let next = match (&reading.solid, &reading.facet) {
                 (None, _) => "`solid`, or the length of a binary file",
                 (Some(_), None) => "`facet` or `endsolid`",
@@ -124,6 +166,10 @@ fn statement(mut words: Words<'_>, line: usize, material: usize, reading: &mut O
                 _ => "`endloop` or `endfacet`",
             };
             return Err(Error::expected(next, quoted(Some(word))));
+        }
+        _ => {
+            let place = intake.place(Position::Line(line));
+            intake.ignore(place, "a line that is no statement of STL is not used".to_owned());
         }
     }
     Ok(())
@@ -168,7 +214,37 @@ mod tests {
         let scene = read(&content).unwrap();
         assert_eq!(scene.polygons().map(radgrad_core::Polygon::area).collect::<Vec<_>>(), [0.75, 0.5]);
         let short = read(&content[..content.len() - 1]).unwrap_err().to_string();
-        assert!(short.starts_with("a.stl:1: "), "{short}");
+        assert_eq!(short, "a.stl: expected 184 bytes of binary STL for its 2 triangles, found 183");
+        let longer = read(&[&content[..], b"END"].concat()).unwrap();
+        let note = longer.notes()[0].to_string();
+        assert_eq!((longer.faces().len(), note.as_str()), (2, "a.stl: 3 bytes after the 2 triangles of the file are not read"));
+        assert_eq!(
+            read(b"solid\0").unwrap_err().to_string(),
+            "a.stl: expected the 84 bytes with which binary STL begins, found 6"
+        );
+    }
+
+    #[test]
+    fn texts_are_read_as_they_are_written() {
+        let facet = "FACET NORMAL nan 0 1\rOUTER LOOP\rVERTEX 0. 0 0\rVERTEX 1 0 0 # far\rVERTEX 0 .1E1 0\rEND LOOP\rEND FACET\r";
+        let scene = read(format!("SOLID\r{facet}color 1 0 0\rsolid b\u{e9}\r{facet}").as_bytes()).unwrap();
+        let names: Vec<&str> = scene.surfaces().iter().map(crate::Surface::name).collect();
+        assert_eq!((names, scene.area_of(1)), (vec!["solid", "b\u{e9}"], 0.5));
+        let notes: Vec<String> = scene.notes().iter().map(ToString::to_string).collect();
+        assert_eq!(
+            notes,
+            [
+                "a.stl:5: what follows the coordinates of a vertex is not used",
+                "a.stl:9: a line that is no statement of STL is not used",
+                "a.stl:10: a solid begins before the `endsolid` of the one before it",
+                "a.stl: the file ends without `endsolid`: it may have lost facets",
+            ]
+        );
+        let latin: Vec<u8> = TEXT.replace("a b", "\u{1}").bytes().map(|byte| if byte == 1 { 0xe9 } else { byte }).collect();
+        let utf_16: Vec<u8> = "\u{feff}".chars().chain(TEXT.chars()).flat_map(|c| (c as u16).to_le_bytes()).collect();
+        for (content, name) in [(latin, "\u{e9}"), (utf_16, "a b")] {
+            assert_eq!(read(&content).unwrap().surfaces()[0].name(), name);
+        }
     }
 
     #[test]
@@ -176,7 +252,12 @@ mod tests {
         let cases = [
             ("solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 x\n", "a.stl:4: expected a number (z), found `x`"),
             ("solid a\nvertex 0 0 0\n", "a.stl:2: expected `facet` or `endsolid`, found `vertex`"),
-            ("solid a\n", "a.stl: expected `endsolid`, found the end of the file"),
+            ("solid a\nfacet\n", "a.stl: expected `endfacet` of the facet of line 2, found the end of the file"),
+            ("solid a\n", "a.stl: expected at least one face, found none"),
+            (
+                "solid a\nfacet\nvertex 0 1,5 0\n",
+                "a.stl:3: expected a number with a decimal point (y), found a decimal comma, `1,5`",
+            ),
             ("solid a\nendsolid\n", "a.stl: expected at least one face, found none"),
         ];
         for (text, message) in cases {

@@ -15,6 +15,8 @@
 //!   the surface it covers crosses no gap.
 //! - An obstruction hides and has no row in a matrix.
 //!
+//! A vertex that is no three numbers is refused where a surface uses it.
+//!
 //! The format is described in the user manual of `View3D` 3.3.
 
 mod cut;
@@ -30,8 +32,8 @@ use std::path::Path;
 use radgrad_core::{DVec3, Polygon};
 
 use crate::reading::Budget;
-use crate::scene::Intake;
-use crate::words::{Words, decode, quoted, without_mark};
+use crate::scene::{Intake, Vertices};
+use crate::words::{Words, lines, quoted};
 use crate::{Error, Place, Position, Reading, Scene};
 pub use matrix::{MatrixHeader, write_matrix};
 
@@ -42,7 +44,7 @@ pub use matrix::{MatrixHeader, write_matrix};
 pub fn read(file: &Path, reading: impl Into<Reading>) -> Result<Scene, Error> {
     let reading = reading.into();
     let budget = Budget::new(reading.budget);
-    parse_within(&crate::open(file, &budget)?, Intake::new(Scene::new(["grey"])?, file, reading, &budget))
+    parse_within(&crate::open(file, &budget)?, Intake::new(Scene::new(["grey"])?, file, reading, &budget))?.finish()
 }
 
 /// Reads the text of a file. `file` is its name in messages.
@@ -66,17 +68,19 @@ pub fn read(file: &Path, reading: impl Into<Reading>) -> Result<Scene, Error> {
 /// As [`read`].
 pub fn parse(text: &[u8], file: &Path, reading: impl Into<Reading>) -> Result<Scene, Error> {
     let reading = reading.into();
-    parse_within(text, Intake::new(Scene::new(["grey"])?, file, reading, &Budget::new(reading.budget)))
+    parse_within(text, Intake::new(Scene::new(["grey"])?, file, reading, &Budget::new(reading.budget)))?.finish()
 }
 
-fn parse_within(text: &[u8], intake: Intake) -> Result<Scene, Error> {
-    let mut reader = Reader { intake, vertices: Vec::new(), elements: Vec::new() };
-    let mut lines = without_mark(text).split(|&byte| byte == b'\n').enumerate().map(|(index, line)| (index + 1, line));
+fn parse_within(text: &[u8], mut intake: Intake) -> Result<Intake, Error> {
+    let file = intake.file();
+    let text = intake.decode(text, &file)?;
+    let mut reader = Reader { intake, vertices: Vertices::default(), elements: Vec::new() };
+    let mut lines = lines(&text).enumerate().map(|(index, line)| (index + 1, line));
     while let Some((number, line)) = lines.next() {
         let place = reader.intake.place(Position::Line(number));
-        match decode(data_of(line)).and_then(|data| reader.line(data, &place, &mut lines)) {
+        match reader.line(data_of(line), &place, &mut lines) {
             Ok(true) => {}
-            Ok(false) => return reader.into_scene(),
+            Ok(false) => return reader.into_intake(),
             Err(error) => return Err(if error.place().is_some() { error } else { error.at(place) }),
         }
     }
@@ -85,13 +89,14 @@ fn parse_within(text: &[u8], intake: Intake) -> Result<Scene, Error> {
 }
 
 const fn is_separator(c: char) -> bool {
-    matches!(c, ' ' | ',' | '\t' | '\r' | '\0')
+    matches!(c, ' ' | ',' | '\t' | '\r')
 }
 
 /// The line up to a comment: a word that starts with `!` or `/`.
-fn data_of(line: &[u8]) -> &[u8] {
-    let starts_word = |i: usize| i == 0 || is_separator(char::from(line[i - 1]));
-    let comment = (0..line.len()).find(|&i| matches!(line[i], b'!' | b'/') && starts_word(i));
+fn data_of(line: &str) -> &str {
+    let bytes = line.as_bytes();
+    let starts_word = |i: usize| i == 0 || is_separator(char::from(bytes[i - 1]));
+    let comment = (0..bytes.len()).find(|&i| matches!(bytes[i], b'!' | b'/') && starts_word(i));
     line[..comment.unwrap_or(line.len())].trim_ascii()
 }
 
@@ -117,18 +122,13 @@ struct Element {
 
 struct Reader {
     intake: Intake,
-    vertices: Vec<DVec3>,
+    vertices: Vertices,
     elements: Vec<Element>,
 }
 
 impl Reader {
     /// Reads a line, and those after it that belong to it; false at the end of the data.
-    fn line<'a>(
-        &mut self,
-        data: &str,
-        place: &Place,
-        lines: &mut impl Iterator<Item = (usize, &'a [u8])>,
-    ) -> Result<bool, Error> {
+    fn line<'a>(&mut self, data: &str, place: &Place, lines: &mut impl Iterator<Item = (usize, &'a str)>) -> Result<bool, Error> {
         let mut words = Words::separated(data, is_separator);
         let Some(word) = words.next() else { return Ok(true) };
         match word.as_bytes()[0].to_ascii_uppercase() {
@@ -136,7 +136,7 @@ impl Reader {
             b'T' => self.intake.set_title(words.rest().to_owned()),
             b'C' => self.control(words, place)?,
             b'F' => geometry(words)?,
-            b'V' => self.vertex(words)?,
+            b'V' => self.vertex(words, place)?,
             b'S' => self.element(Kind::Radiating, words, place, lines)?,
             b'O' => self.element(Kind::Obstruction, words, place, lines)?,
             b'N' => self.element(Kind::Null, words, place, lines)?,
@@ -167,13 +167,13 @@ impl Reader {
         Ok(())
     }
 
-    fn vertex(&mut self, mut words: Words<'_>) -> Result<(), Error> {
+    fn vertex(&mut self, mut words: Words<'_>, place: &Place) -> Result<(), Error> {
         next_in_sequence("vertex", words.integer("number of the vertex")?, self.vertices.len())?;
-        let vertex = DVec3::new(words.number("x")?, words.number("y")?, words.number("z")?);
-        words.end()?;
-        self.intake.budget().take_many("vertices", 1, 2 * size_of::<DVec3>())?;
-        self.vertices.push(vertex);
-        Ok(())
+        let read = words.coordinates(["x", "y", "z"]).map_err(|error| error.at(place.clone()));
+        if read.is_ok() && !words.is_empty() {
+            self.intake.ignore(place.clone(), "what follows the coordinates of a vertex is not used".to_owned());
+        }
+        self.vertices.push(read, &self.intake)
     }
 
     fn element<'a>(
@@ -181,7 +181,7 @@ impl Reader {
         kind: Kind,
         mut words: Words<'_>,
         place: &Place,
-        lines: &mut impl Iterator<Item = (usize, &'a [u8])>,
+        lines: &mut impl Iterator<Item = (usize, &'a str)>,
     ) -> Result<(), Error> {
         next_in_sequence("surface", words.integer("number of the surface")?, self.elements.len())?;
         let shape = words.clone().next().and_then(shape::Shape::named);
@@ -204,7 +204,7 @@ impl Reader {
             self.properties(&mut element, words)?;
         }
         if let Some(shape) = shape {
-            element.vertices = shape.vertices(lines, |line| self.intake.place(Position::Line(line)))?;
+            element.vertices = shape.vertices(lines, &mut self.intake)?;
         }
         let size = 2 * size_of::<Element>() + 4 * size_of::<DVec3>() + element.name.len();
         self.intake.budget().take_many("surfaces", 1, size)?;
@@ -212,15 +212,16 @@ impl Reader {
         Ok(())
     }
 
-    fn numbered_vertex(&self, number: i64) -> Result<DVec3, Error> {
+    fn numbered_vertex(&mut self, number: i64) -> Result<DVec3, Error> {
         let place = usize::try_from(number).ok().and_then(|number| number.checked_sub(1));
-        place.and_then(|place| self.vertices.get(place).copied()).ok_or_else(|| {
+        let vertex = place.map(|place| self.vertices.corner(place, &mut self.intake)).transpose()?;
+        vertex.flatten().ok_or_else(|| {
             Error::expected(format!("a vertex from 1 to {}, those before this line", self.vertices.len()), number.to_string())
         })
     }
 
     /// Base, combination, emittance and name.
-    fn properties(&self, element: &mut Element, mut words: Words<'_>) -> Result<(), Error> {
+    fn properties(&mut self, element: &mut Element, mut words: Words<'_>) -> Result<(), Error> {
         let earlier = self.elements.len();
         let mut number = |what: &'static str| -> Result<usize, Error> {
             let number = words.integer(what)?;
@@ -243,10 +244,17 @@ impl Reader {
                 return Err(Error::expected("a radiating surface that is not combined itself (cmb)", combined_with.to_string()));
             }
         }
-        let emittance = words.number("emittance")?;
-        if !(0.0..=1.0).contains(&emittance) {
-            return Err(Error::expected("an emittance between 0 and 1", emittance.to_string()));
-        }
+        let emittance = words.number("emittance").and_then(|emittance| {
+            let fault = || Error::expected("an emittance between 0 and 1", emittance.to_string());
+            if (0.0..=1.0).contains(&emittance) { Ok(emittance) } else { Err(fault()) }
+        });
+        let emittance = match emittance {
+            Err(error) if !self.intake.needs_materials() => {
+                self.intake.ignore_fault(error.at(element.place.clone()), "taken as black");
+                1.0
+            }
+            emittance => emittance?,
+        };
         (element.base, element.combined_with, element.emittance) = (base, combined_with, emittance);
         if let Some(name) = words.next() {
             name.clone_into(&mut element.name);
@@ -254,36 +262,38 @@ impl Reader {
         Ok(())
     }
 
-    fn into_scene(mut self) -> Result<Scene, Error> {
-        let mut surfaces: Vec<usize> = Vec::with_capacity(self.elements.len());
+    fn into_intake(self) -> Result<Intake, Error> {
+        let Self { mut intake, vertices, elements } = self;
+        vertices.note_faults(&mut intake);
+        let mut surfaces: Vec<usize> = Vec::with_capacity(elements.len());
         let mut materials: HashMap<u64, usize> = HashMap::new();
-        let mut subsurfaces: Vec<Vec<&Element>> = vec![Vec::new(); self.elements.len()];
-        for element in self.elements.iter().filter(|element| element.base > 0) {
+        let mut subsurfaces: Vec<Vec<&Element>> = vec![Vec::new(); elements.len()];
+        for element in elements.iter().filter(|element| element.base > 0) {
             subsurfaces[element.base - 1].push(element);
         }
-        for (index, element) in self.elements.iter().enumerate() {
+        for (index, element) in elements.iter().enumerate() {
             let surface = match (element.kind, element.combined_with) {
-                (Kind::Radiating, 0) => self.intake.add_surface(&element.name, true)?,
+                (Kind::Radiating, 0) => intake.add_surface(&element.name, true)?,
                 (Kind::Radiating, earlier) => surfaces[earlier - 1],
-                (Kind::Obstruction | Kind::Null, _) => self.intake.add_surface(&element.name, false)?,
+                (Kind::Obstruction | Kind::Null, _) => intake.add_surface(&element.name, false)?,
             };
             surfaces.push(surface);
             let material = match materials.entry(element.emittance.to_bits()) {
                 Entry::Occupied(known) => *known.get(),
                 Entry::Vacant(new) => {
                     let name = format!("emittance {}", element.emittance);
-                    *new.insert(self.intake.add_material(&name, &[1.0 - element.emittance], &[0.0])?)
+                    *new.insert(intake.add_material(&name, &[1.0 - element.emittance], &[0.0])?)
                 }
             };
             if subsurfaces[index].is_empty() {
-                self.intake.add_face(surface, material, element.vertices.clone(), element.place.clone())?;
+                intake.add_face(surface, material, element.vertices.clone(), element.place.clone())?;
                 continue;
             }
-            for piece in remainder(index + 1, element, &subsurfaces[index], self.intake.budget())? {
-                self.intake.add_face(surface, material, piece, element.place.clone())?;
+            for piece in remainder(index + 1, element, &subsurfaces[index], intake.budget())? {
+                intake.add_face(surface, material, piece, element.place.clone())?;
             }
         }
-        self.intake.finish()
+        Ok(intake)
     }
 }
 

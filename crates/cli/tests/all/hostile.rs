@@ -45,7 +45,7 @@ fn said(output: &Output) -> String {
 fn every_hostile_file_ends_with_a_status_and_a_sentence() {
     let solve = |file: &'static str| vec!["solve", file, "--seconds", "2", "--error", "5%", "--summary"];
     let factors = |file: &'static str| vec!["factors", file, "--summary"];
-    let cases: [(Vec<&str>, i32, &str); 25] = [
+    let cases: [(Vec<&str>, i32, &str); 36] = [
         (solve("bomb_8192.obj"), 2, "texture `bomb_8192.png` of 8192 x 8192 texels: reading takes more than the 256 MiB"),
         (solve("vt_1e300.obj"), 2, "texels from its origin"),
         (solve("ke_1e308.obj"), 2, "radiance is 1"),
@@ -54,6 +54,17 @@ fn every_hostile_file_ends_with_a_status_and_a_sentence() {
         (solve("scale_1e-200.obj"), 0, ""),
         (solve("unknown_ctrl.obj"), 2, r"found `\u{1b}[2J\u{1b}[31mboo`"),
         (solve("foreign.obj"), 2, "secret.txt:1: expected a material library, `newmtl` first, found another file"),
+        (factors("foreign.obj"), 0, "secret.txt:1: expected a material library, `newmtl` first, found another file: the library is not"),
+        (factors("mtl_comma.obj"), 0, "mtl_comma.mtl:2: numbers of `Kd` are parted by spaces in MTL: commas are taken for these"),
+        (factors("empty_newmtl.obj"), 0, "empty_newmtl.mtl:1: `newmtl` must name a material: its name is taken as empty"),
+        (factors("latin1.obj"), 0, "latin1.obj:10: the text is no UTF-8 (byte 0xdf): read as Latin-1"),
+        (factors("slashes.obj"), 0, ""),
+        (factors("ply_prose.ply"), 0, "ply_prose.ply:3: a line of the header that is no statement of PLY is not used"),
+        (factors("ply_columns.ply"), 0, "ply_columns.ply: vertex[0]: numbers of vertex that the header does not tell of are not used"),
+        (factors("gltf1.gltf"), 2, "asset.version: expected glTF 2.0, the only version that is read, found glTF 1.0: convert the file"),
+        (factors("wide_text.obj"), 2, "wide_text.obj:1: expected a text of UTF-8, UTF-16 or Latin-1, found a byte 0"),
+        (factors("ply_no_properties.ply"), 2, "expected at least one property of each element, found none of `vertex`"),
+        (factors("decimal_comma.obj"), 2, "decimal_comma.obj:1: expected a number with a decimal point (y), found a decimal comma, `0,5`"),
         (solve("outside.obj"), 2, "it lies outside the folder of the scene"),
         (solve("no_materials.obj"), 2, "no material `a`: `none.mtl` cannot be read"),
         (factors("no_materials.obj"), 0, "taken as black"),

@@ -25,18 +25,14 @@ const UNSIGNED_INT: u64 = 5125;
 const FLOAT: u64 = 5126;
 
 impl Accessors<'_> {
-    /// Three floats each, widened; an error comes with its member.
+    /// Three floats each, widened, finite or not; an error comes with its member.
     pub(super) fn positions(&self, index: usize) -> Result<Vec<DVec3>, Fault> {
         let elements = self.elements(index, "VEC3", &[(FLOAT, 12)])?;
         let read = elements.map(|bytes| {
             let (components, _) = bytes.as_chunks::<4>();
             DVec3::from([0, 1, 2].map(|axis| f64::from(f32::from_le_bytes(components[axis]))))
         });
-        let positions: Vec<DVec3> = read.collect();
-        match positions.iter().position(|p| !p.is_finite()) {
-            None => Ok(positions),
-            Some(bad) => Err((member(index), Error::expected("finite positions", format!("{} at index {bad}", positions[bad])))),
-        }
+        Ok(read.collect())
     }
 
     /// Two floats each, or two fractions of the largest integer; an error comes with its member.

@@ -8,7 +8,7 @@ use super::Fault;
 use super::document::{self, Document};
 use crate::Error;
 use crate::reading::{Budget, ReadFile};
-use crate::words::{printable, quoted, without_mark};
+use crate::words::{printable, quoted};
 
 const GLB: &[u8] = b"glTF";
 const JSON: &[u8] = b"JSON";
@@ -16,11 +16,11 @@ const BINARY: &[u8] = b"BIN\0";
 
 /// The JSON of a file, and its binary chunk if it is a `.glb` with one.
 pub(super) fn chunks(content: &[u8]) -> Result<(&[u8], Option<&[u8]>), Error> {
-    let Some(header) = content.strip_prefix(GLB) else { return Ok((without_mark(content), None)) };
+    let Some(header) = content.strip_prefix(GLB) else { return Ok((content, None)) };
     let truncated = || Error::expected("a complete binary glTF", format!("a file cut off at {} bytes", content.len()));
     let (version, rest) = word(header).ok_or_else(truncated)?;
     if version != 2 {
-        return Err(Error::expected("version 2 of binary glTF", version.to_string()));
+        return Err(document::other_version(&version.to_string()));
     }
     let (length, _) = word(rest).ok_or_else(truncated)?;
     let mut rest = content.get(12..length).ok_or_else(truncated)?;
@@ -35,7 +35,8 @@ pub(super) fn chunks(content: &[u8]) -> Result<(&[u8], Option<&[u8]>), Error> {
     if kind != JSON {
         return Err(Error::expected("a chunk of JSON first", format!("{kind:?}")));
     }
-    // Chunks of other kinds may follow, and are to be skipped.
+    // Spaces fill the chunk up; some write zeros. Chunks of other kinds may follow, and are to be skipped.
+    let json = &json[..json.len() - json.iter().rev().take_while(|&&byte| byte == 0).count()];
     loop {
         match next() {
             Ok((BINARY, binary)) => return Ok((json, Some(binary))),

@@ -7,6 +7,7 @@ use serde::de::IgnoredAny;
 
 use super::Fault;
 use crate::Error;
+use crate::words::printable;
 
 /// The extension that lets materials emit more than 1.
 pub(super) const EMISSIVE_STRENGTH: &str = "KHR_materials_emissive_strength";
@@ -258,8 +259,7 @@ impl Document {
     /// Whether this is a version, and asks for no extension, that is not read here; the error comes with its member.
     pub(super) fn check(&self) -> Result<(), Fault> {
         if self.asset.version.split('.').next() != Some("2") {
-            let found = format!("`{}`", self.asset.version);
-            return Err(("asset.version".to_owned(), Error::expected("version 2 of glTF", found)));
+            return Err(("asset.version".to_owned(), other_version(&self.asset.version)));
         }
         match self.extensions_required.iter().find(|name| !USED.contains(&name.as_str())) {
             None => Ok(()),
@@ -269,6 +269,37 @@ impl Document {
             }
         }
     }
+}
+
+/// The error for a version of glTF that is not read.
+pub(super) fn other_version(version: &str) -> Error {
+    let remedy = "convert the file, for example with gltf-pipeline or by saving it from Blender";
+    Error::expected("glTF 2.0, the only version that is read", format!("glTF {}: {remedy}", printable(version)))
+}
+
+/// The version of a document that may be of another one, where it is not 2: objects of glTF 1.0 have names where those of 2.0 have
+/// numbers.
+pub(super) fn version_other_than_2(json: &str) -> Option<String> {
+    #[derive(Deserialize)]
+    struct Version {
+        asset: Option<AnyAsset>,
+    }
+    #[derive(Deserialize)]
+    struct AnyAsset {
+        version: Option<Number>,
+    }
+    #[derive(Deserialize)]
+    #[serde(untagged)]
+    enum Number {
+        Text(String),
+        Number(f64),
+    }
+    let Version { asset } = serde_json::from_str(json).ok()?;
+    let version = match asset?.version? {
+        Number::Text(version) => version,
+        Number::Number(version) => format!("{version:?}"),
+    };
+    (version.split('.').next() != Some("2")).then_some(version)
 }
 
 /// An index that is too large.

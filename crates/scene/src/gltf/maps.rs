@@ -52,8 +52,19 @@ pub(super) fn of_materials(
             let Some(used) = used else { continue };
             let place = intake.place(Position::Member(format!("materials[{index}]")));
             let loaded = load(document, buffers, used, &mut images, intake, read);
-            if let Some(texture) = loaded.map_err(|(member, error)| error.at(intake.place(Position::Member(member))))? {
-                intake.scene().set_texture(in_scene, quantity, texture).map_err(|error| error.at(place))?;
+            let loaded = loaded.map_err(|(member, error)| error.at(intake.place(Position::Member(member))));
+            let set = loaded.and_then(|texture| {
+                let set = |texture| intake.scene().set_texture(in_scene, quantity, texture).map_err(|error| error.at(place));
+                texture.map(set).transpose()
+            });
+            let set = match set {
+                Err(error) if !intake.needs_materials() => {
+                    intake.ignore_fault(error, "the texture is not used");
+                    None
+                }
+                set => set?,
+            };
+            if set.is_some() {
                 let transform = used.extensions.transform.clone();
                 let set = transform.as_ref().and_then(|transform| transform.tex_coord).unwrap_or(used.tex_coord);
                 maps[quantity as usize] = Some(Map { set, transform });

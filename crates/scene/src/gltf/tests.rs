@@ -171,9 +171,16 @@ fn what_is_not_used_is_noted_once() {
 fn wrong_members_are_named_with_what_was_expected() {
     let nan = [f32::NAN.to_le_bytes().to_vec(), vec![0; 44], square()[48..].to_vec()].concat();
     let error = parse(document().to_string().as_bytes(), Path::new("a.gltf"), Degenerate::Refuse, |_| Ok(nan.clone()));
-    assert_eq!(error.unwrap_err().to_string(), "a.gltf: accessors[0]: expected finite positions, found [NaN, 0, 0] at index 0");
+    assert_eq!(
+        error.unwrap_err().to_string(),
+        "a.gltf: meshes[0].primitives[0], triangle 0: expected finite positions, found [NaN, 0, 0] at index 0, [NaN, NaN, NaN] in the world"
+    );
     for (pointer, value, expected) in [
-        ("/asset/version", json!("1.0"), "asset.version: expected version 2 of glTF, found `1.0`"),
+        (
+            "/asset/version",
+            json!("1.0"),
+            "asset.version: expected glTF 2.0, the only version that is read, found glTF 1.0: convert",
+        ),
         (
             "/extensionsRequired",
             json!(["KHR_draco_mesh_compression"]),
@@ -238,7 +245,68 @@ fn a_binary_file_cut_off_anywhere_is_refused() {
     }
     let mut wrong = whole.clone();
     wrong[4] = 1;
-    assert_eq!(read(&wrong).unwrap_err().to_string(), "a.glb: expected version 2 of binary glTF, found 1");
+    assert_eq!(
+        read(&wrong).unwrap_err().to_string(),
+        "a.glb: expected glTF 2.0, the only version that is read, found glTF 1: convert the file, for example with gltf-pipeline or by \
+         saving it from Blender"
+    );
+}
+
+#[test]
+fn gltf_1_is_named_whatever_else_breaks_the_format() {
+    for version in ["\"1.0\"", "\"1.0.1\"", "0.8"] {
+        let text = format!(r#"{{"asset":{{"version":{version}}},"scene":"s","scenes":{{"s":{{}}}},"nodes":{{}},"meshes":{{}}}}"#);
+        let error = parse(text.as_bytes(), Path::new("a.gltf"), Degenerate::Refuse, |_| Ok(Vec::new())).unwrap_err().to_string();
+        let version = version.trim_matches('"');
+        let named =
+            format!("a.gltf: asset.version: expected glTF 2.0, the only version that is read, found glTF {version}: convert");
+        assert!(error.starts_with(&named), "{error}");
+    }
+}
+
+#[test]
+fn what_no_triangle_needs_is_noted() {
+    let mut document = document();
+    document["materials"].as_array_mut().unwrap().push(json!({"emissiveFactor": [-1, 0, 0]}));
+    document["meshes"][0]["name"] = json!("Fu\u{1}");
+    let text: Vec<u8> = document.to_string().replace("\\u0001", "\u{1}").bytes().map(|b| if b == 1 { 0xdf } else { b }).collect();
+    let read = |text: &[u8], materials| {
+        let reading = Reading { materials, ..Reading::default() };
+        let notes = parse(text, Path::new("a.gltf"), reading, |_| Ok(square())).unwrap();
+        notes.notes().iter().map(ToString::to_string).collect::<Vec<_>>()
+    };
+    let notes = read(&text, crate::Materials::Required);
+    assert_eq!(notes[0], "a.gltf:1: the text is no UTF-8 (byte 0xdf): read as Latin-1");
+    let negative =
+        "a.gltf: materials[1]: material `material 1`: radiance is -1 in channel `r`: it must be finite and not negative";
+    assert!(notes[1].starts_with(negative) && notes[1].ends_with(": no triangle has the material"), "{}", notes[1]);
+    // The square's own material: black, where nobody asks.
+    let wrong = with("/materials/0/emissiveFactor", json!([0, -1, 0])).to_string();
+    assert!(read(wrong.as_bytes(), crate::Materials::Optional)[0].ends_with(": taken as black"));
+}
+
+#[test]
+fn positions_are_as_exact_as_single_precision_and_the_transformation() {
+    let rounding = |document: &Value| {
+        let content = document.to_string();
+        let mut read = [0.0; 2];
+        for (read, scale) in read.iter_mut().zip([1.0_f32, 0.3]) {
+            let bytes: Vec<u8> = square()[..48]
+                .chunks(4)
+                .flat_map(|b| (scale * f32::from_le_bytes([b[0], b[1], b[2], b[3]])).to_le_bytes())
+                .collect();
+            let bytes = [bytes, square()[48..].to_vec()].concat();
+            let reading = Reading::default();
+            let budget = Budget::new(reading.budget);
+            let intake = Intake::new(Scene::new(["r", "g", "b"]).unwrap(), Path::new("a.gltf"), reading, &budget);
+            *read = parse_within(content.as_bytes(), intake, &mut |_| Ok(bytes.clone())).unwrap().written().rounding();
+        }
+        read.map(|q| q * f64::from(1 << 24))
+    };
+    let near = |[a, b]: [f64; 2], [c, d]: [f64; 2]| assert!((a - c).abs() + (b - d).abs() < 1e-6, "{a} {b}");
+    near(rounding(&document()), [0.0, 0.3]);
+    near(rounding(&with("/nodes/0/scale", json!([2.0, 5.0, 1.0]))), [0.0, 1.5]);
+    near(rounding(&with("/nodes/0/translation", json!([10.100000381469727, 0.0, 0.0]))), [11.1, 10.7]);
 }
 
 #[test]

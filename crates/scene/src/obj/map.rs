@@ -39,8 +39,8 @@ impl Mapping {
 }
 
 impl Map {
-    /// Options, then the name of a file, which may have spaces.
-    pub(super) fn parse(mut words: Words<'_>, place: &Place, intake: &mut Intake) -> Result<Self, Error> {
+    /// Options, then the name of a file, which may have spaces; none without a name.
+    pub(super) fn parse(mut words: Words<'_>, place: &Place, intake: &mut Intake) -> Result<Option<Self>, Error> {
         let (mut clamp, mut mapping) = (false, Mapping { scale: [1.0; 2], offset: [0.0; 2] });
         while words.rest().starts_with('-') {
             let option = words.next().unwrap_or_default();
@@ -50,22 +50,30 @@ impl Map {
                 "-clamp" => clamp = words.next() == Some("on"),
                 // These only filter the image.
                 "-blendu" | "-blendv" | "-boost" | "-texres" | "-bm" | "-type" => drop(words.next()),
-                "-mm" | "-t" | "-cc" | "-imfchan" => {
-                    match option {
-                        "-mm" => drop((words.number("base")?, words.number("gain")?)),
-                        "-t" => drop(pair(&mut words, 0.0)?),
-                        _ => drop(words.next()),
+                _ => {
+                    // Of these, and of those that are unknown, the arguments are numbers, or one word of a few.
+                    if matches!(option, "-cc" | "-imfchan" | "-colorspace" | "-colourspace") {
+                        words.next();
                     }
-                    intake.ignore(place.clone(), format!("option `{option}` of a texture is not used"));
+                    skip_arguments(&mut words);
+                    intake.ignore(place.clone(), format!("option {} of a texture is not used", quoted(Some(option))));
                 }
-                _ => return Err(Error::expected("an option of a texture (-s, -o, -clamp, ...)", quoted(Some(option)))),
             }
         }
         let file = words.rest();
         if file.is_empty() {
-            return Err(Error::expected("the name of a texture's file", quoted(None)));
+            intake.ignore(place.clone(), "a texture without the name of a file is not used".to_owned());
+            return Ok(None);
         }
-        Ok(Self { place: place.clone(), file: file.replace('\\', "/").into(), clamp, mapping })
+        Ok(Some(Self { place: place.clone(), file: file.replace('\\', "/").into(), clamp, mapping }))
+    }
+}
+
+/// Skips numbers, `on` and `off`, unless nothing follows them.
+fn skip_arguments(words: &mut Words<'_>) {
+    let mut ahead = words.clone();
+    while ahead.next().is_some_and(|word| matches!(word, "on" | "off") || word.parse::<f64>().is_ok()) && !ahead.is_empty() {
+        *words = ahead.clone();
     }
 }
 
@@ -116,7 +124,13 @@ impl Textures {
             let texture = match self.read.get(&map.file) {
                 Some(texture) => texture.clone(),
                 None => {
-                    let texture = open(&map, quantity, intake, read)?;
+                    let texture = match open(&map, quantity, intake, read) {
+                        Err(error) if !intake.needs_materials() => {
+                            intake.ignore_fault(error, "the texture is not used");
+                            None
+                        }
+                        texture => texture?,
+                    };
                     self.read.insert(map.file.clone(), texture.clone());
                     texture
                 }
@@ -124,8 +138,11 @@ impl Textures {
             if let Some(texture) = texture {
                 // The texels stay shared.
                 let texture = if map.clamp { Arc::new(Texture::clone(&texture).wrapped([Wrap::Clamp; 2])) } else { texture };
-                intake.scene().set_texture(material, quantity, texture).map_err(|error| error.at(map.place))?;
-                mappings[quantity as usize] = Some(map.mapping);
+                match intake.scene().set_texture(material, quantity, texture).map_err(|error| error.at(map.place)) {
+                    Ok(()) => mappings[quantity as usize] = Some(map.mapping),
+                    Err(error) if intake.needs_materials() => return Err(error),
+                    Err(error) => intake.ignore_fault(error, "the texture is not used"),
+                }
             }
         }
         self.mappings.insert(material, mappings);

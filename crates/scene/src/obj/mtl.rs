@@ -3,16 +3,18 @@
 //!
 //! Other statements of a material do not concern a diffuse surface, and are noted; so are keywords that are unknown.
 //!
-//! A file without `newmtl` in its first statement is no library, and no message quotes from it: a scene may name any file.
+//! A wrong value is a fault of its material, not of the library: who has a face of it decides.
+//!
+//! Statements before the first `newmtl` are not read, and a file without it is no library: no message quotes from there, as a scene
+//! may name any file.
 
-use std::collections::HashMap;
 use std::path::Path;
 
-use super::for_each_statement;
 use super::map::{Map, Textures};
+use super::{Library, for_each_statement};
 use crate::scene::Intake;
 use crate::texture::Quantity;
-use crate::words::{Words, decode, quoted};
+use crate::words::{Words, quoted};
 use crate::{Error, Place, Position};
 
 /// A material of which not all is read yet.
@@ -21,6 +23,8 @@ struct Entry {
     reflectance: Colour,
     radiance: Colour,
     maps: [Option<Map>; 2],
+    /// The first wrong value, with its place.
+    fault: Option<Error>,
 }
 
 /// Three values, and where they stand.
@@ -29,60 +33,72 @@ struct Colour {
     values: Option<[f64; 3]>,
 }
 
-/// Reads a library into the scene of `intake`, and the index of each material into `materials`.
+/// Reads a library into the scene of `intake`, and the index of each material into `library`.
 pub(super) fn parse(
-    text: &[u8],
+    content: &[u8],
     file: &Path,
     intake: &mut Intake,
-    materials: &mut HashMap<String, usize>,
+    library: &mut Library,
     textures: &mut Textures,
 ) -> Result<(), Error> {
-    let mut entry: Option<Entry> = None;
-    for_each_statement(text, |line, statement| {
+    let text = intake.decode(content, file)?;
+    let (mut entry, mut before): (Option<Entry>, Option<Place>) = (None, None);
+    for_each_statement(&text, |line, statement| {
         let place = Place::new(file, Position::Line(line));
-        let text = match decode(statement) {
-            Err(_) if entry.is_none() => Err(no_library()),
-            text => text,
-        };
-        let result = text.and_then(|text| {
-            let mut words = Words::new(text);
-            let keyword = words.next().unwrap_or_default();
-            if keyword == "newmtl" {
-                let name = words.rest().to_owned();
-                if name.is_empty() {
-                    return Err(Error::expected("the name of a material", quoted(None)));
-                }
-                let none = || Colour { place: place.clone(), values: None };
-                let next = Entry { name, reflectance: none(), radiance: none(), maps: [None, None] };
-                return entry.replace(next).map_or(Ok(()), |entry| add(entry, intake, materials, textures));
+        let mut words = Words::new(statement);
+        let keyword = words.next().unwrap_or_default();
+        if keyword == "newmtl" {
+            let name = words.rest().to_owned();
+            if name.is_empty() {
+                intake.ignore(place.clone(), "`newmtl` must name a material: its name is taken as empty".to_owned());
             }
-            let Some(entry) = entry.as_mut() else { return Err(no_library()) };
-            property(entry, keyword, words, intake, &place)
-        });
-        result.map_err(|error| if error.place().is_some() { error } else { error.at(place) })
+            let none = || Colour { place: place.clone(), values: None };
+            let next = Entry { name, reflectance: none(), radiance: none(), maps: [None, None], fault: None };
+            return entry.replace(next).map_or(Ok(()), |entry| add(entry, intake, library, textures));
+        }
+        match &mut entry {
+            Some(entry) => {
+                if let Err(error) = property(entry, keyword, words, intake, &place) {
+                    entry.fault.get_or_insert(error.at(place));
+                }
+            }
+            None => drop(before.get_or_insert(place)),
+        }
+        Ok(())
     })?;
-    entry.map_or(Ok(()), |entry| add(entry, intake, materials, textures))
-}
-
-fn no_library() -> Error {
-    Error::expected("a material library, `newmtl` first", "another file")
+    match (entry, before) {
+        (None, place) => {
+            let place = place.unwrap_or_else(|| Place::new(file, Position::File));
+            Err(Error::expected("a material library, `newmtl` first", "another file").at(place))
+        }
+        (Some(entry), before) => {
+            if let Some(place) = before {
+                intake.ignore(place, "statements before the first `newmtl` are not used".to_owned());
+            }
+            add(entry, intake, library, textures)
+        }
+    }
 }
 
 fn property(entry: &mut Entry, keyword: &str, mut words: Words<'_>, intake: &mut Intake, place: &Place) -> Result<(), Error> {
     match keyword {
-        "Kd" => entry.reflectance = Colour { place: place.clone(), values: Some(colour(words)?) },
-        "Ke" => entry.radiance = Colour { place: place.clone(), values: Some(colour(words)?) },
+        "Kd" => {
+            entry.reflectance = Colour { place: place.clone(), values: Some(colour(keyword, words, intake, place)?) };
+        }
+        "Ke" => {
+            entry.radiance = Colour { place: place.clone(), values: Some(colour(keyword, words, intake, place)?) };
+        }
         "d" | "Tr" => {
             if words.rest().starts_with("-halo") {
                 words.next();
             }
             let opaque = if keyword == "d" { 1.0 } else { 0.0 };
-            if words.number(keyword)? != opaque {
+            if words.number(keyword) != Ok(opaque) {
                 intake.ignore(place.clone(), "transparency is not used: every face is opaque".to_owned());
             }
         }
-        "map_Kd" => entry.maps[Quantity::Reflectance as usize] = Some(Map::parse(words, place, intake)?),
-        "map_Ke" => entry.maps[Quantity::Radiance as usize] = Some(Map::parse(words, place, intake)?),
+        "map_Kd" => entry.maps[Quantity::Reflectance as usize] = Map::parse(words, place, intake)?,
+        "map_Ke" => entry.maps[Quantity::Radiance as usize] = Map::parse(words, place, intake)?,
         "map_d" => intake.ignore(place.clone(), "texture `map_d` is not used: every face is opaque".to_owned()),
         "Ka" | "Ks" | "Ns" | "Ni" | "Tf" | "illum" | "sharpness" | "map_Ka" | "map_Ks" | "map_Ns" | "map_bump" | "map_Bump"
         | "bump" | "disp" | "decal" | "refl" | "map_refl" | "map_aat" | "norm" | "Pr" | "Pm" | "Ps" | "Pc" | "Pcr" | "aniso"
@@ -94,34 +110,53 @@ fn property(entry: &mut Entry, keyword: &str, mut words: Words<'_>, intake: &mut
     Ok(())
 }
 
-/// Three numbers, or one for all three.
-fn colour(mut words: Words<'_>) -> Result<[f64; 3], Error> {
-    if words.rest().starts_with("spectral") || words.rest().starts_with("xyz") {
+/// Three numbers, or one for all three. Commas between them are noted; decimal commas are wrong.
+fn colour(keyword: &str, words: Words<'_>, intake: &mut Intake, place: &Place) -> Result<[f64; 3], Error> {
+    let text = words.rest();
+    if text.starts_with("spectral") || text.starts_with("xyz") {
         return Err(Error::Unsupported {
-            what: format!("a colour given as {}", quoted(words.next())),
+            what: format!("a colour given as {}", quoted(text.split_ascii_whitespace().next())),
             instead: "give red, green and blue",
         });
+    }
+    let mut words = Words::separated(text, |c| c == ',' || c.is_ascii_whitespace());
+    let mut counted = words.clone();
+    let count = std::iter::from_fn(|| counted.next()).count();
+    if text.contains(',') {
+        if count != 1 && count != 3 {
+            return Err(Error::expected("three numbers with decimal points", format!("{}, with commas", quoted(Some(text)))));
+        }
+        intake.ignore(place.clone(), format!("numbers of `{keyword}` are parted by spaces in MTL: commas are taken for these"));
     }
     let red = words.number("red")?;
     if words.is_empty() {
         return Ok([red; 3]);
     }
     let colour = [red, words.number("green")?, words.number("blue")?];
-    words.end()?;
+    if !words.is_empty() {
+        intake.ignore(place.clone(), format!("what follows the three numbers of `{keyword}` is not used"));
+    }
     Ok(colour)
 }
 
 /// Adds a material to the scene. Of two with one name the later counts, as for whoever reads one line at a time.
-fn add(entry: Entry, intake: &mut Intake, materials: &mut HashMap<String, usize>, textures: &mut Textures) -> Result<(), Error> {
-    let Entry { name, reflectance, radiance, maps } = &entry;
+fn add(entry: Entry, intake: &mut Intake, library: &mut Library, textures: &mut Textures) -> Result<(), Error> {
+    let Entry { name, reflectance, radiance, maps, fault } = entry;
+    if let Some(fault) = fault {
+        return library.add_unknown(&name, fault, intake).map(|_| ());
+    }
     let values = |colour: &Colour, map: &Option<Map>| colour.values.unwrap_or([if map.is_some() { 1.0 } else { 0.0 }; 3]);
-    let [of_reflectance, of_radiance] = [values(reflectance, &maps[0]), values(radiance, &maps[1])];
-    let index = intake.add_material(name, &of_reflectance, &of_radiance).map_err(|error| {
-        let place =
-            if matches!(error, Error::Material { quantity: "radiance", .. }) { &radiance.place } else { &reflectance.place };
-        error.at(place.clone())
-    })?;
-    materials.insert(entry.name, index);
-    textures.add(index, entry.maps);
-    Ok(())
+    let [of_reflectance, of_radiance] = [values(&reflectance, &maps[0]), values(&radiance, &maps[1])];
+    match intake.add_material(&name, &of_reflectance, &of_radiance) {
+        Ok(index) => {
+            library.names.insert(name, index);
+            textures.add(index, maps);
+            Ok(())
+        }
+        Err(error @ Error::Material { quantity, .. }) => {
+            let place = if quantity == "radiance" { radiance.place } else { reflectance.place };
+            library.add_unknown(&name, error.at(place), intake).map(|_| ())
+        }
+        Err(error) => Err(error.at(reflectance.place)),
+    }
 }

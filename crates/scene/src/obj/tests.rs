@@ -109,31 +109,94 @@ fn a_missing_library_or_material_is_named_with_its_line() {
     let notes: Vec<String> = read.notes().iter().map(ToString::to_string).collect();
     assert_eq!(notes[0], "a.obj:2: `none.mtl` cannot be read: no such file");
     assert!(notes[1].ends_with("no such file: taken as black") && read.materials()[0].name() == "grey", "{notes:?}");
-    assert_eq!(message("mtllib a.mtl\nusemtl gray\n"), "a.obj:2: there is no material `gray`: 1 are known from 1 libraries");
-    assert!(message("mtllib\n").starts_with("a.obj:1: expected the name of a material library"));
+    let known = "a.obj:6: there is no material `gray`: 1 are known from 1 libraries";
+    assert_eq!(message(&format!("{SQUARE}mtllib a.mtl\nusemtl gray\nusemtl white\nusemtl gray\nf 1 2 3\n")), known);
+    // None has a face.
+    let read = scene(&format!("{SQUARE}mtllib a.mtl\nusemtl gray\nusemtl grey\nf 1 2 3\n")).unwrap();
+    assert_eq!(read.notes()[0].to_string(), format!("{known}: no face has the material"));
+    let read = scene(&format!("mtllib\nusemtl\n{SQUARE}f 1 2 3\n")).unwrap();
+    let notes: Vec<String> = read.notes().iter().map(ToString::to_string).collect();
+    assert_eq!(
+        notes[..2],
+        ["a.obj:1: `mtllib` without a name is not used", "a.obj:2: `usemtl` without a name: the faces after it have no material"]
+    );
+}
+
+/// A scene whose one face has the material `m`, read with or without a need for it.
+fn with_material(library: &[u8], materials: crate::Materials) -> Result<Scene, Error> {
+    let reading = Reading { materials, ..Reading::default() };
+    let text = format!("mtllib a.mtl\n{SQUARE}usemtl m\nf 1 2 3\n");
+    parse(text.as_bytes(), Path::new("a.obj"), reading, |_| Ok(library.to_vec()))
 }
 
 #[test]
-fn a_wrong_material_is_named_with_the_line_of_its_library() {
-    let error = |library: &str| with_library("mtllib a.mtl\n", library).unwrap_err().to_string();
-    assert_eq!(
-        error("newmtl m\nKe 1 1 1\nKd 0.5 1.2 0.5\n"),
-        "a.mtl:3: material `m`: reflectance is 1.2 in channel `g`: it must be between 0 and 1"
-    );
-    assert_eq!(
-        error("newmtl m\nKd 1 1 1\n\nKe 0 0 -1\nnewmtl n\n"),
-        "a.mtl:4: material `m`: radiance is -1 in channel `b`: it must be finite and not negative, and so must be its product with pi"
-    );
-    assert_eq!(error("newmtl m\nKd 0.5 0.5\n"), "a.mtl:2: expected a number (blue), found the end of the line");
-    assert_eq!(
-        error("newmtl m\nKd spectral a.rfl\n"),
-        "a.mtl:2: a colour given as `spectral` cannot be represented: give red, green and blue"
-    );
-    // No word of a file that is none is shown.
-    for foreign in ["Kd 1 1 1\n", "root:x:0:0\n", "secret", "\x1b[2J\n"] {
-        assert_eq!(error(foreign), "a.mtl:1: expected a material library, `newmtl` first, found another file");
+fn a_wrong_material_is_refused_where_a_face_needs_it_and_black_where_none_does() {
+    let whole = "newmtl m\nKd 0.5 0.5 0.5\n";
+    for (library, error) in [
+        (
+            "newmtl m\nKe 1 1 1\nKd 0.5 1.2 0.5\n",
+            "a.mtl:3: material `m`: reflectance is 1.2 in channel `g`: it must be between 0 and 1",
+        ),
+        (
+            "newmtl m\nKd 1 1 1\n\nKe 0 0 -1\nnewmtl n\n",
+            "a.mtl:4: material `m`: radiance is -1 in channel `b`: it must be finite and not negative, and so must be its product with pi",
+        ),
+        ("newmtl m\nKd nan 0 0\nKe x\n", "a.mtl:2: expected a finite number (red), found `nan`"),
+        ("newmtl m\nKd 0.5 0.5\n", "a.mtl:2: expected a number (blue), found the end of the line"),
+        ("newmtl m\nKd 0,5 0,5 0,5\n", "a.mtl:2: expected three numbers with decimal points, found `0,5 0,5 0,5`, with commas"),
+        (
+            "newmtl m\nKd spectral a.rfl\n",
+            "a.mtl:2: a colour given as `spectral` cannot be represented: give red, green and blue",
+        ),
+    ] {
+        let used = with_material(library.as_bytes(), crate::Materials::Required).unwrap_err().to_string();
+        assert_eq!(used, error);
+        let black = with_material(library.as_bytes(), crate::Materials::Optional).unwrap();
+        assert_eq!(black.notes()[0].to_string(), format!("{error}: taken as black"));
+        assert_eq!(black.materials()[black.faces()[0].material()].reflectance(), [0.0; 3]);
+        // Of another material, which no face has.
+        let other = format!("{}{whole}", library.replace("newmtl m", "newmtl other"));
+        let unused = with_material(other.as_bytes(), crate::Materials::Required).unwrap();
+        assert_eq!(unused.notes()[0].to_string(), format!("{}: no face has the material", error.replace("`m`", "`other`")));
     }
-    assert_eq!(error("newmtl\n"), "a.mtl:1: expected the name of a material, found the end of the line");
+}
+
+#[test]
+fn libraries_are_read_as_they_are_written() {
+    let library =
+        b"# \xa9 1999\r\nMaterial Count: 2\rnewmtl\rKd 9\rnewmtl m\nKd 0.5, 0.25 ,.125 # red\nmap_Kd -colorspace sRGB none.png\n\
+                    map_Ke -new 1 2 off my none.png\nmap_Kd\nTr nan\nd\nKe 1 2 3 4\n";
+    let read = with_material(library, crate::Materials::Required).unwrap();
+    let material = &read.materials()[read.faces()[0].material()];
+    assert_eq!((material.reflectance(), material.radiance()), (&[0.5, 0.25, 0.125][..], &[1.0, 2.0, 3.0][..]));
+    let notes: Vec<String> = read.notes().iter().map(ToString::to_string).collect();
+    assert_eq!(
+        notes,
+        [
+            "a.mtl:1: the text is no UTF-8 (byte 0xa9): read as Latin-1",
+            "a.mtl:3: `newmtl` must name a material: its name is taken as empty",
+            "a.mtl:6: numbers of `Kd` are parted by spaces in MTL: commas are taken for these",
+            "a.mtl:7: option `-colorspace` of a texture is not used",
+            "a.mtl:8: option `-new` of a texture is not used",
+            "a.mtl:9: a texture without the name of a file is not used",
+            "a.mtl:10: transparency is not used: every face is opaque",
+            "a.mtl:12: what follows the three numbers of `Ke` is not used",
+            "a.mtl:2: statements before the first `newmtl` are not used",
+            "a.mtl:8: texture `map_Ke` is not used, `my none.png` is of no known format and would have to be a PNG: `Ke` holds all over the face",
+            "a.mtl:4: material ``: reflectance is 9 in channel `r`: it must be between 0 and 1: no face has the material",
+        ]
+    );
+}
+
+#[test]
+fn no_word_of_a_file_that_is_no_library_is_shown() {
+    for foreign in ["Kd 1 1 1\n", "root:x:0:0\n", "secret", "\x1b[2J\n", "\u{feff}secret", "s\0ecret"] {
+        let error = with_material(foreign.as_bytes(), crate::Materials::Required).unwrap_err().to_string();
+        assert!(error.starts_with("a.obj:6: there is no material `m`: a.mtl:1: expected a "), "{error}");
+        let notes = with_material(foreign.as_bytes(), crate::Materials::Optional).unwrap();
+        let all = notes.notes().iter().map(ToString::to_string).collect::<String>() + &error;
+        assert!(!all.contains("ecret") && !all.contains("root") && !all.contains("Kd"), "{all}");
+    }
 }
 
 #[test]
@@ -144,18 +207,83 @@ fn wrong_statements_are_named_with_file_line_and_what_was_expected() {
         assert!(with(&format!("f 1 2 {index}")).contains(&format!("found `{index}`")), "{index}");
     }
     assert!(message("f 1 2 3").contains("no vertices stand before this line"));
-    for word in ["a", "1/", "1/2/", "1/2/3/4", "1//", "1.0", "1/x"] {
+    for word in ["a", "/1/2", "1.0", "a/1"] {
         assert!(with(&format!("f 1 2 {word}")).contains(&format!("`v/vt/vn`), found `{word}`")), "{word}");
     }
-    assert_eq!(with("v 1 2"), "a.obj:6: expected a number (z), found the end of the line");
-    assert_eq!(with("v 1 2 nan"), "a.obj:6: expected a finite number (z), found `nan`");
-    assert_eq!(with("v 1 2 3 4 5 6 7 8"), "a.obj:6: expected the end of the line, found `8`");
-    assert_eq!(with("F 1 2 3"), "a.obj:6: expected a statement of OBJ (v, f, o, g, usemtl, mtllib, ...), found `F`");
-    assert!(with("curv2 1 2").contains("free-form statement `curv2` cannot be represented"));
+    assert_eq!(with("v 1 2\nf 1 2 5"), "a.obj:6: expected a number (z), found the end of the line");
+    assert_eq!(with("v 1 2 nan\nf 1 2 -1"), "a.obj:6: expected a finite number (z), found `nan`");
+    let comma = "a.obj:6: expected a number with a decimal point (y), found a decimal comma, `2,5`";
+    assert_eq!(with("v 1 2,5 3\nf 1 2 5"), comma);
+    assert_eq!(with("F 1/1 2// 3"), "a.obj:6: expected a statement of OBJ (v, f, o, g, usemtl, mtllib, ...), found `F`");
     assert_eq!(with("f 1 2"), "a.obj:6: face refused: a polygon needs at least 3 vertices, this one has 2");
-    let bytes = [SQUARE.as_bytes(), b"g caf\xe9\n"].concat();
-    let error = parse(&bytes, Path::new("a.obj"), Degenerate::Refuse, |_| Ok(Vec::new())).unwrap_err().to_string();
-    assert_eq!(error, "a.obj:5: expected UTF-8 text, found byte 0xe9 at column 6");
+    assert_eq!(
+        with("#\0"),
+        "a.obj:6: expected a text of UTF-8, UTF-16 or Latin-1, found a byte 0: it is binary, or UTF-16 without a byte order mark"
+    );
+}
+
+#[test]
+fn what_says_nothing_of_faces_is_noted() {
+    let text = format!(
+        "Made by hand\n{SQUARE}v 0 0 nan\nv 0 1,5 0\nv 1. .5 1e-3 0.5\nv 0 0 1 1\nv 0 0 1 0.5 0.5 0.5\nvn nan nan inf\nvp inf\n\
+         vt inf 0\nvt a\ncurv 0 1 2\nsurf 1 2 3\ng\no\nl 1 2\nf 1// 2/ 3/1/x 4//\nf 1/1/1/1 2/ 3/2/\n"
+    );
+    let read = scene(&text).unwrap();
+    assert_eq!((read.faces().len(), read.area_of(0)), (2, 1.5));
+    let notes: Vec<String> = read.notes().iter().map(ToString::to_string).collect();
+    assert_eq!(
+        notes,
+        [
+            "a.obj:1: a line that is no statement of OBJ is not used",
+            "a.obj:8: the weight of a vertex, its fourth number, is not used",
+            "a.obj:10: the numbers after the coordinates of a vertex, such as its colour, are not used",
+            "a.obj:13: expected a finite number (u), found `inf`: the texture coordinate is not used",
+            "a.obj:14: expected a number (u), found `a`: the texture coordinate is not used",
+            "a.obj:15: free-form curves and surfaces are left out: export them as polygons",
+            "a.obj:19: `l` is no surface: points and lines are left out",
+            "a.obj:20: expected a vertex of a face (`v`, `v/vt`, `v//vn` or `v/vt/vn`), found `3/1/x`: what follows the vertex is not used",
+            "a.obj:20: faces before the first `usemtl` have no material: taken as black",
+            "a.obj:21: expected a vertex of a face (`v`, `v/vt`, `v//vn` or `v/vt/vn`), found `1/1/1/1`: what follows the vertex is not used",
+            "a.obj:6: expected a finite number (z), found `nan`: of a vertex that no face uses",
+            "a.obj:7: expected a number with a decimal point (y), found a decimal comma, `1,5`: of a vertex that no face uses",
+        ]
+    );
+}
+
+#[test]
+fn texts_are_read_in_the_encodings_that_programs_write() {
+    let text = format!("mtllib a.mtl\n{SQUARE}g Fu\u{df}boden # \u{e9}\nf 1 2 3\n");
+    let latin: Vec<u8> = text.chars().map(|c| c as u8).collect();
+    let utf_16 =
+        |unit: fn(u16) -> [u8; 2]| -> Vec<u8> { "\u{feff}".encode_utf16().chain(text.encode_utf16()).flat_map(unit).collect() };
+    let encodings = [
+        (text.clone().into_bytes(), None),
+        (format!("\u{feff}{text}\u{1a}").replace('\n', "\r").into_bytes(), None),
+        (latin, Some("a.obj:6: the text is no UTF-8 (byte 0xdf): read as Latin-1")),
+        (utf_16(u16::to_le_bytes), Some("a.obj:1: the text is read as UTF-16")),
+        (utf_16(u16::to_be_bytes), Some("a.obj:1: the text is read as UTF-16")),
+    ];
+    for (content, note) in encodings {
+        let read = parse(&content, Path::new("a.obj"), Degenerate::Refuse, |_| Ok("newmtl a\n".into())).unwrap();
+        assert_eq!(read.surfaces()[0].name(), "Fu\u{df}boden");
+        assert_eq!(read.notes().iter().map(ToString::to_string).find(|note| note.contains("text")).as_deref(), note);
+    }
+}
+
+#[test]
+fn the_precision_is_that_of_the_vertices_that_faces_use() {
+    let rounding = |text: &str| {
+        let reading = Reading::default();
+        let intake = Intake::new(Scene::new(["r", "g", "b"]).unwrap(), Path::new("a.obj"), reading, &Budget::new(reading.budget));
+        parse_within(text.as_bytes(), intake, &mut |_| Err(io::ErrorKind::NotFound.into())).unwrap().written().rounding()
+    };
+    let wall = "v 7200 5600 2\nv 7207.41162 5605.10596 2\nv 7207.41162 5605.10596 3.22960377\nv 1e30 0.123456789012 0\nf 1 2 3\n";
+    assert_eq!(rounding(wall), 7207.41162 / f64::from(1 << 24));
+    assert_eq!(rounding(&format!("{SQUARE}vt 0.123456 0.123456\nf 1 2 3 4\n")), 0.0);
+    assert_eq!(
+        rounding("v 0.000000 0.000000 1.000000\nv 1.000000 0.000000 0.000000\nv 0.500000 1.000000 2.000000\nf 1 2 3\n"),
+        5e-7
+    );
 }
 
 #[test]
@@ -309,12 +437,8 @@ fn a_texture_that_cannot_be_used_is_noted_and_a_broken_one_is_refused() {
         "a.mtl:3: texture `map_Kd` is not used, `photo.jpg` is of no known format and would have to be a PNG: `Kd` holds all over the face"
     );
     assert!(with("map_Kd broken.png").unwrap_err().to_string().starts_with("a.mtl:3: texture `broken.png`: no PNG: "));
-    assert_eq!(
-        with("map_Kd -s 2").unwrap_err().to_string(),
-        "a.mtl:3: expected the name of a texture's file, found the end of the line"
-    );
-    let unknown = with("map_Kd -x 2 wall.png").unwrap_err().to_string();
-    assert_eq!(unknown, "a.mtl:3: expected an option of a texture (-s, -o, -clamp, ...), found `-x`");
+    assert_eq!(with("map_Kd -s 2").unwrap().notes()[0].to_string(), "a.mtl:3: a texture without the name of a file is not used");
+    assert_eq!(with("map_Kd -s x a.png").unwrap_err().to_string(), "a.mtl:3: expected a number (u), found `x`");
     let text = format!("mtllib a.mtl\n{SQUARE}usemtl m\nf 1/1 2/2 3/3\n");
     let missing = textured(&text, "newmtl m\nmap_Kd greys of the wall.png\n").unwrap_err().to_string();
     assert_eq!(missing, "a.obj:7: expected the index of one of the 0 `vt` before this line, found `1/1`");

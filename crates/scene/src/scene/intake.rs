@@ -1,5 +1,6 @@
 //! The parts common to all readers: faces that come as lists of vertices, surfaces and materials that come by name.
 
+use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
 use std::rc::Rc;
@@ -11,6 +12,7 @@ use super::assembly::Assembly;
 use super::{Note, Scene, WrittenPrecision, overlaps};
 use crate::reading::Budget;
 use crate::texture::Chart;
+use crate::words;
 use crate::{Error, Face, Materials, Place, Position, Reading, Surface};
 
 /// Bytes that the name of a surface may have: every face of a group looks it up.
@@ -161,6 +163,32 @@ impl Intake {
             }
             Err(error) => self.overdrawn = Some(error.at(place)),
         }
+    }
+
+    /// Notes an error that does not matter: what stands for the thing, or why nobody needs it.
+    pub(crate) fn ignore_fault(&mut self, error: Error, why: &str) {
+        match error {
+            Error::At { place, fault } => self.ignore(place, format!("{fault}: {why}")),
+            error => self.ignore(self.place(Position::File), format!("{error}: {why}")),
+        }
+    }
+
+    /// The text of the file, or of one that it names: of one that is no UTF-8 the encoding is noted.
+    pub(crate) fn decode<'a>(&mut self, content: &'a [u8], file: &Path) -> Result<Cow<'a, str>, Error> {
+        let text = words::text_of(content);
+        let (text, note) = text.map_err(|(line, error)| error.at(Place::new(file, Position::Line(line))))?;
+        if let Cow::Owned(text) = &text {
+            self.budget.take("text", text.len() as u64)?;
+        }
+        if let Some((line, note)) = note {
+            self.ignore(Place::new(file, Position::Line(line)), note);
+        }
+        Ok(text)
+    }
+
+    /// The name of the file.
+    pub(crate) fn file(&self) -> Arc<Path> {
+        Arc::clone(&self.file)
     }
 
     /// Adds a face: what becomes of it is decided when all are known.

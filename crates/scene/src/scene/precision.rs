@@ -17,6 +17,8 @@
 
 use std::collections::HashSet;
 
+use crate::{largest, smallest};
+
 /// Numbers that are told from those before them; of more each counts.
 const DISTINCT: usize = 4096;
 
@@ -49,7 +51,7 @@ impl Digits {
         let last = decimals.len() as i64 - behind as i64 - i64::from(power);
         Self {
             significant: small(count.saturating_sub(before + behind)),
-            decimals: last.clamp(i64::from(i16::MIN), i64::from(i16::MAX)) as i16,
+            decimals: i16::try_from(last).unwrap_or(if last < 0 { i16::MIN } else { i16::MAX }),
             fixed: exponent.is_empty().then(|| small(decimals.len())),
         }
     }
@@ -134,7 +136,7 @@ impl WrittenPrecision {
     fn single(&mut self, value: f64) {
         self.fixed = Some(None);
         if self.is_new(value) {
-            let single = value as f32;
+            let single = to_single(value);
             let shortest = Digits::of(&single.to_string());
             self.count(Digits { significant: shortest.significant.min(DOUBLE - 1), ..shortest }, value);
             self.compare_with_single(Digits::of(&f64::from(single).to_string()), value);
@@ -144,7 +146,7 @@ impl WrittenPrecision {
     /// A rounding that coordinates have whatever the others are.
     pub(crate) fn at_least(&mut self, rounding: f64) {
         if rounding.is_finite() {
-            self.known = self.known.max(rounding);
+            self.known = largest(self.known, rounding);
         }
     }
 
@@ -152,7 +154,7 @@ impl WrittenPrecision {
     pub(crate) fn rounding(&self) -> f64 {
         let single = if self.all_single && self.chance < 1e-3 { self.largest / f64::from(1 << 24) } else { 0.0 };
         let decimal = if self.any_double { 0.0 } else { self.decimal() };
-        self.known.max(single).max(decimal)
+        largest(self.known, largest(single, decimal))
     }
 
     fn decimal(&self) -> f64 {
@@ -177,12 +179,12 @@ impl WrittenPrecision {
         if size == 0.0 || !size.is_finite() {
             return false;
         }
-        self.largest = self.largest.max(size);
+        self.largest = largest(self.largest, size);
         self.distinct.len() >= DISTINCT || self.distinct.insert(size.to_bits())
     }
 
     fn count(&mut self, digits: Digits, value: f64) {
-        let is_single = f64::from(value as f32) == value;
+        let is_single = f64::from(to_single(value)) == value;
         self.any_double |= digits.significant >= DOUBLE && !is_single;
         let long = usize::from(digits.significant >= LONG);
         self.long += long;
@@ -201,14 +203,27 @@ impl WrittenPrecision {
     }
 
     fn compare_with_single(&mut self, digits: Digits, value: f64) {
-        let single = value as f32;
+        let single = to_single(value);
         let unit = power_of_ten(-i32::from(digits.decimals));
         // Half a unit, and the rounding of the difference.
         let is_single = (value - f64::from(single)).abs() <= 0.5 * unit * (1.0 + 1e-6) + value.abs() * f64::EPSILON;
         self.all_single &= single.is_finite() && is_single;
         let distance = f64::from(single.abs().next_up()) - f64::from(single.abs());
-        self.chance *= (unit / distance).min(1.0);
+        self.chance *= smallest(unit / distance, 1.0);
     }
+}
+
+/// Whether a number that is read as a double is likely to have been rounded to single precision: it has more digits than are typed,
+/// and is an f32 or has fewer digits than doubles have.
+pub(crate) fn seems_single(value: f64) -> bool {
+    let Digits { significant, .. } = Digits::of(&value.to_string());
+    significant > 6 && (significant < DOUBLE || f64::from(to_single(value)) == value)
+}
+
+/// The f32 next to a number.
+#[expect(clippy::cast_possible_truncation, reason = "rounding is meant, and casts saturate to infinity")]
+const fn to_single(value: f64) -> f32 {
+    value as f32
 }
 
 /// A power of ten, rounded once.
@@ -284,11 +299,11 @@ mod tests {
 
     #[test]
     fn single_precision_is_seen_in_every_print_of_it() {
-        let singles = || random(5700.0).map(|x| f64::from(x as f32));
-        let largest = singles().fold(0.0, f64::max);
+        let singles = || random(5700.0).map(|x| f64::from(to_single(x)));
+        let largest = singles().fold(0.0, largest);
         let q = largest / 16_777_216.0;
         let prints: [fn(f64) -> String; 4] =
-            [|x| x.to_string(), |x| (x as f32).to_string(), |x| format!("{x:.8e}"), |x| format!("{x:.6}")];
+            [|x| x.to_string(), |x| (to_single(x)).to_string(), |x| format!("{x:.8e}"), |x| format!("{x:.6}")];
         for print in prints {
             let found = rounding(singles().map(print));
             assert!((found - q).abs() < 1e-8 * q, "{found:e} of {q:e}, {}", print(largest));
@@ -322,6 +337,16 @@ mod tests {
         precision.at_least(1e-3);
         precision.at_least(f64::NAN);
         assert_eq!(precision.rounding(), 1e-3);
+    }
+
+    #[test]
+    fn numbers_of_single_precision_are_told_from_those_typed_and_from_doubles() {
+        for value in [0.923_879_5, f64::from(0.923_879_5_f32), 1.234_567] {
+            assert!(seems_single(value), "{value}");
+        }
+        for value in [0.0, 1.0, -0.5, 1234.5, std::f64::consts::FRAC_1_SQRT_2] {
+            assert!(!seems_single(value), "{value}");
+        }
     }
 
     #[test]

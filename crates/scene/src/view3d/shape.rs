@@ -8,8 +8,9 @@
 use radgrad_core::DVec3;
 
 use super::{data_of, is_separator};
-use crate::words::{Words, decode};
-use crate::{Error, Place};
+use crate::scene::{Digits, Intake, Written};
+use crate::words::{Words, number};
+use crate::{Error, Position};
 
 /// A shape by its letter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -32,8 +33,8 @@ impl Shape {
     /// Reads the numbers of the plane and of the shape, which stand in as many of the next lines as it takes.
     pub(super) fn vertices<'a>(
         self,
-        lines: &mut impl Iterator<Item = (usize, &'a [u8])>,
-        place: impl Fn(usize) -> Place,
+        lines: &mut impl Iterator<Item = (usize, &'a str)>,
+        intake: &mut Intake,
     ) -> Result<Vec<DVec3>, Error> {
         const PLANE: [&str; 5] = ["x of the plane", "y of the plane", "z of the plane", "azimuth", "tilt"];
         let of_shape: &[&str] = match self {
@@ -48,16 +49,19 @@ impl Shape {
                 return Err(Error::expected(format!("a number ({first})"), "the end of the file"));
             };
             let mut read = || {
-                let mut words = Words::separated(decode(data_of(text))?, is_separator);
+                let mut words = Words::separated(data_of(text), is_separator);
                 while !words.is_empty() {
-                    match wanted.next() {
-                        Some(what) => numbers.push(words.number(what)?),
-                        None => return words.end(),
+                    let Some(what) = wanted.next() else { return words.end() };
+                    let word = words.next();
+                    let value = number(word, what)?;
+                    if !matches!(*what, "azimuth" | "tilt") {
+                        intake.written().add(Written::Text(Digits::of(word.unwrap_or_default())), value);
                     }
+                    numbers.push(value);
                 }
                 Ok(())
             };
-            read().map_err(|error: Error| error.at(place(line)))?;
+            read().map_err(|error: Error| error.at(intake.place(Position::Line(line))))?;
         }
         let (plane, shape) = numbers.split_at(PLANE.len());
         let pairs: Vec<[f64; 2]> = match self {

@@ -169,9 +169,8 @@ fn wrong_lines_are_named_with_what_was_expected() {
     for (lines, expected) in [
         ("S 8 1 2 3 0 0 0 0.9 x", "expected surface 7, the next in sequence, found 8"),
         ("V 10 1 2 3", "expected vertex 9, the next in sequence, found 10"),
-        ("V 9 1 2 nan", "expected a finite number (z), found `nan`"),
-        ("V 9 1 2", "expected a number (z), found the end of the line"),
-        ("V 9 1 2 3 4", "expected the end of the line, found `4`"),
+        ("V 9 1 2 nan\nS 7 1 2 9 0 0 0 0.9 x", "expected a finite number (z), found `nan`"),
+        ("V 9 1 2\nO 7 1 2 9 0", "expected a number (z), found the end of the line"),
         ("S 7 1 2 9 0 0 0 0.9 x", "expected a vertex from 1 to 8, those before this line, found 9"),
         ("S 7 1 2 0 0 0 0 0.9 x", "expected a vertex from 1 to 8, those before this line, found 0"),
         ("S 7 1 2 3 -4 0 0 0.9 x", "expected a vertex from 1 to 8, those before this line, found -4"),
@@ -222,4 +221,25 @@ fn unknown_control_words_are_noted_and_warped_surfaces_split() {
     assert_eq!(notes[0], "a.vs3:20: unknown control word `epsilon` is not used");
     assert_eq!(notes[1], "a.vs3:20: unknown control word `frob` is not used");
     assert!(matches!(&read.notes()[2], Note::Split { surface, triangles: 2, .. } if surface == "warped"));
+}
+
+#[test]
+fn what_no_surface_needs_is_noted() {
+    let lines = "V 9 1 2 nan\nV 10 0 0 1 2\nS 7 1 2 10 0 0 0 1.5 x\n".replace("1.5 x", "0.9 Fu\u{1}");
+    let bytes: Vec<u8> =
+        format!("{CUBE}{lines}E\n").replace('\n', "\r").bytes().map(|byte| if byte == 1 { 0xdf } else { byte }).collect();
+    let read = parse(&bytes, Path::new("a.vs3"), Degenerate::Refuse).unwrap();
+    assert_eq!(names(&read)[6], "Fu\u{df}");
+    let notes: Vec<String> = read.notes().iter().map(ToString::to_string).collect();
+    assert_eq!(
+        notes,
+        [
+            "a.vs3:22: the text is no UTF-8 (byte 0xdf): read as Latin-1",
+            "a.vs3:21: what follows the coordinates of a vertex is not used",
+            "a.vs3:20: expected a finite number (z), found `nan`: of a vertex that no face uses",
+        ]
+    );
+    let optional = Reading { materials: crate::Materials::Optional, ..Reading::default() };
+    let read = parse(format!("{CUBE}S 7 1 2 3 0 0 0 nan x\nE\n").as_bytes(), Path::new("a.vs3"), optional).unwrap();
+    assert!(read.notes()[0].to_string().ends_with("found `nan`: taken as black"), "{}", read.notes()[0]);
 }
