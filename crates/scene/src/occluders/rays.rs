@@ -3,6 +3,10 @@
 //!
 //! The boxes of the two parts of a branch lie side by side, axis by axis: a ray is compared with both at once. It goes on to the nearer one at
 //! once, too; only the farther one is put off.
+//!
+//! # Back to back
+//! Of two faces in one plane, back to back as the sides of a thin plate, a ray meets the one that it faces; which of the two is nearer is a
+//! matter of rounding. So the nearest front counts if the nearest back is not before it by more than rounding, whatever order they are met in.
 
 use std::ops::Range;
 
@@ -13,6 +17,7 @@ use smallvec::SmallVec;
 use super::LEVEL;
 use super::shape::Shape;
 use super::tree::{Content, Tree};
+use crate::smallest;
 
 /// Nodes that a ray has yet to visit, beyond which their list moves to the heap.
 const OPEN: usize = 64;
@@ -101,23 +106,21 @@ impl Rays {
         rays
     }
 
-    /// The first polygon that a ray meets, but for those of `leave_out`, and how many times its direction that is away.
+    /// The first polygon that a ray meets, but for those of `leave_out`, and how many times its direction that is away: of those at one
+    /// distance, up to rounding, one that it meets from the front.
     pub(super) fn first(&self, from: DVec3, toward: DVec3, leave_out: &[usize]) -> Option<(usize, f64)> {
         let ([low, high], root) = self.root?;
         let ray = Ray { from: from.to_array(), inverse: inverse(toward).to_array() };
         let both = |end: DVec3| end.to_array().map(DVec2::splat);
         let mut open: SmallVec<[(Node, f64); OPEN]> = SmallVec::new();
-        let mut nearest: Option<usize> = None;
-        let mut farthest = f64::INFINITY;
+        let mut nearest = Nearest::default();
         let mut next = ray.enters(&both(low), &both(high))[0].map(|_| root);
         while let Some(node) = next {
             next = None;
             if let Some(facets) = node.facets() {
                 for facet in &self.facets[facets] {
-                    if let Some(distance) =
-                        self.meets(facet, from, toward, farthest).filter(|_| !leave_out.contains(&facet.polygon))
-                    {
-                        (nearest, farthest) = (Some(facet.polygon), distance);
+                    if let Some(hit) = self.meets(facet, from, toward, &nearest).filter(|_| !leave_out.contains(&facet.polygon)) {
+                        nearest.take(hit);
                     }
                 }
             } else {
@@ -137,26 +140,74 @@ impl Rays {
             while next.is_none()
                 && let Some((node, enters_at)) = open.pop()
             {
-                next = (enters_at <= farthest * (1.0 + LEVEL)).then_some(node);
+                next = (enters_at <= nearest.farthest() * (1.0 + LEVEL)).then_some(node);
             }
         }
-        nearest.map(|polygon| (polygon, farthest))
+        nearest.first().map(|hit| (hit.polygon, hit.distance))
     }
 
-    /// How many times its direction a ray goes to the inside of a polygon that is nearer than so many.
-    fn meets(&self, facet: &Facet, from: DVec3, toward: DVec3, farthest: f64) -> Option<f64> {
+    /// Where a ray goes to the inside of a polygon that may be the first.
+    fn meets(&self, facet: &Facet, from: DVec3, toward: DVec3, nearest: &Nearest) -> Option<Hit> {
         let (above, falls) = (facet.normal.dot(from - facet.origin), -facet.normal.dot(toward));
         if above * falls <= 0.0 {
             return None;
         }
-        let distance = above / falls;
-        let is_level = || above.abs() <= LEVEL * facet.size * (from - facet.origin).length();
-        if !(distance < farthest && distance.is_finite()) || is_level() {
+        let (distance, is_front) = (above / falls, falls > 0.0);
+        if !(distance < nearest.limit(is_front) && distance.is_finite()) {
+            return None;
+        }
+        let reach = (from - facet.origin).length();
+        if above.abs() <= LEVEL * facet.size * reach {
             return None;
         }
         let point = from + toward * distance;
         let corners = &self.corners[facet.corners.start as usize..facet.corners.end as usize];
-        is_inside(corners, facet.axes.map(|axis| point[usize::from(axis)])).then_some(distance)
+        if !is_inside(corners, facet.axes.map(|axis| point[usize::from(axis)])) {
+            return None;
+        }
+        let beside = LEVEL * facet.size * (reach + distance * toward.length());
+        Some(Hit { polygon: facet.polygon, distance, last: distance + beside / falls.abs(), is_front })
+    }
+}
+
+/// Where a ray meets a polygon.
+#[derive(Debug, Clone, Copy)]
+struct Hit {
+    polygon: usize,
+    /// How many times its direction the ray goes to the plane, and to what is behind it by no more than rounding.
+    distance: f64,
+    last: f64,
+    is_front: bool,
+}
+
+/// The nearest polygons that a ray meets from the front and from behind.
+#[derive(Debug, Default)]
+struct Nearest {
+    front: Option<Hit>,
+    back: Option<Hit>,
+}
+
+impl Nearest {
+    /// The distance below which a polygon may be the first, by the side that is met.
+    fn limit(&self, is_front: bool) -> f64 {
+        let front = self.front.map_or(f64::INFINITY, |hit| hit.distance);
+        let back = self.back.map_or(f64::INFINITY, |hit| if is_front { hit.last } else { hit.distance });
+        smallest(front, back)
+    }
+
+    /// The distance beyond which no polygon is the first.
+    fn farthest(&self) -> f64 {
+        self.limit(true)
+    }
+
+    /// Takes a hit within its limit.
+    fn take(&mut self, hit: Hit) {
+        *(if hit.is_front { &mut self.front } else { &mut self.back }) = Some(hit);
+    }
+
+    fn first(&self) -> Option<&Hit> {
+        let is_beside = |front: &&Hit| self.back.is_none_or(|back| front.distance <= back.last);
+        self.front.as_ref().filter(is_beside).or(self.back.as_ref())
     }
 }
 

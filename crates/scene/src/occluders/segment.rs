@@ -39,7 +39,7 @@ impl Occluders {
     }
 
     /// The first polygon that a ray meets, but for those of `leave_out`, and the point where it does: of polygons that it starts in the plane
-    /// of, up to rounding, none.
+    /// of, up to rounding, none; of polygons that it meets at one place, as two back to back, one that faces it.
     ///
     /// ```
     /// use radgrad_core::{DVec3, Polygon};
@@ -50,6 +50,11 @@ impl Occluders {
     /// let (face, point) = index.first_along(DVec3::new(0.5, 0.25, 0.0), DVec3::Z, &[]).unwrap();
     /// assert!(face == 1 && point == DVec3::new(0.5, 0.25, 1.0));
     /// assert!(index.first_along(DVec3::new(0.5, 0.25, 0.0), -DVec3::Z, &[]).is_none());
+    ///
+    /// let below = Polygon::new(level(1.0)?.vertices().iter().rev().copied().collect())?;
+    /// let plate = Occluders::new(&[level(1.0)?, below]);
+    /// let first = |z: f64, toward: DVec3| plate.first_along(DVec3::new(0.5, 0.25, z), toward, &[]).unwrap().0;
+    /// assert_eq!([first(0.0, DVec3::Z), first(2.0, -DVec3::Z)], [1, 0]);
     /// # Ok::<(), radgrad_core::Error>(())
     /// ```
     #[must_use]

@@ -311,3 +311,67 @@ fn a_search_costs_what_is_in_the_beam_and_not_what_is_in_the_scene() {
         }
     }
 }
+
+/// A square of side 2 about the origin, its upper side in squares and its lower side in triangles of another size, turned and moved by `place`.
+fn plate(place: impl Fn(DVec3) -> DVec3) -> Vec<Polygon> {
+    let at = |count: usize, k: usize| 2.0 * k as f64 / count as f64 - 1.0;
+    let corners = |count: usize, i: usize, j: usize| {
+        [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)].map(|(i, j)| place(DVec3::new(at(count, i), at(count, j), 0.0)))
+    };
+    let cells = |count: usize| (0..count * count).map(move |k| (k / count, k % count));
+    let above = cells(UPPER).map(|(i, j)| corners(UPPER, i, j).to_vec());
+    let below = cells(LOWER).flat_map(|(i, j)| {
+        let [a, b, c, d] = corners(LOWER, i, j);
+        [vec![a, c, b], vec![a, d, c]]
+    });
+    above.chain(below).map(|vertices| Polygon::new(vertices).unwrap()).collect()
+}
+
+const UPPER: usize = 23;
+const LOWER: usize = 19;
+
+#[test]
+fn a_ray_meets_the_side_of_a_plate_that_it_faces_and_from_a_side_none() {
+    let mut random = Xoshiro256PlusPlus::seed_from_u64(8);
+    let mut uniform = |low: f64, high: f64| low + (high - low) * (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
+    for _ in 0..20 {
+        let turn =
+            glam::DQuat::from_xyzw(uniform(-1.0, 1.0), uniform(-1.0, 1.0), uniform(-1.0, 1.0), uniform(-1.0, 1.0)).normalize();
+        let shift = DVec3::new(uniform(-9.0, 9.0), uniform(-9.0, 9.0), uniform(-9.0, 9.0));
+        let place = |p: DVec3| turn * p + shift;
+        let plate = plate(place);
+        assert!(plate.len() > 1000);
+        let index = Occluders::new(&plate);
+        for _ in 0..500 {
+            let end = DVec3::new(uniform(-1.0, 1.0), uniform(-1.0, 1.0), 0.0);
+            for side in [1.0, -1.0] {
+                // As often nearly along the plate as across it.
+                let height = 10.0_f64.powf(uniform(-3.0, 0.5));
+                let start = DVec3::new(uniform(-2.0, 2.0), uniform(-2.0, 2.0), side * height);
+                let (from, toward) = (place(start), turn * (end - start));
+                let (face, point) = index.first_along(from, toward, &[]).expect("a plate without gaps");
+                assert_eq!(face < UPPER * UPPER, side > 0.0, "{start} {end}");
+                assert!((point - place(end)).length() < 1e-9, "{start} {end}");
+                // Whoever starts on one side sees neither that nor the other.
+                assert_eq!(index.first_along(point, -toward, &[face]), None, "{start} {end}");
+                assert_eq!(index.first_along(place(end), -toward, &[]), None, "{start} {end}");
+            }
+        }
+    }
+}
+
+#[test]
+fn the_back_of_a_sheet_before_another_face_is_met() {
+    // However little before it, unless that is rounding.
+    for (gap, expected) in [(1e-3, 1), (1e-8, 1), (1e-14, 0), (0.0, 0), (-1e-14, 0), (-1e-3, 0)] {
+        let back = polygon(&[[-1.0, -1.0, 1.0 - gap], [1.0, -1.0, 1.0 - gap], [1.0, 1.0, 1.0 - gap], [-1.0, 1.0, 1.0 - gap]]);
+        for order in [false, true] {
+            let mut faces = vec![lamp(1.0), back.clone()];
+            if order {
+                faces.reverse();
+            }
+            let first = Occluders::new(&faces).first_along(DVec3::new(0.1, 0.2, 0.0), DVec3::new(0.3, 0.2, 1.0), &[]).unwrap().0;
+            assert_eq!(first, expected ^ usize::from(order), "{gap} {order}");
+        }
+    }
+}
