@@ -10,9 +10,10 @@
 mod arrays;
 mod bytes;
 mod intake;
+mod keyhole;
 mod material;
 mod note;
-mod overlaps;
+pub(crate) mod overlaps;
 mod prepared;
 pub(crate) mod split;
 
@@ -30,6 +31,7 @@ pub use arrays::GivenFace;
 pub use intake::Degenerate;
 pub(crate) use intake::{Intake, Outline};
 pub use material::Material;
+pub(crate) use keyhole::keyhole;
 pub use note::Note;
 pub use overlaps::Overlaps;
 pub use prepared::{Placement, Prepared};

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use radgrad_core::{DVec3, Polygon};
 
-use super::{Note, Scene, overlaps, split};
+use super::{Note, Scene, keyhole, overlaps, split};
 use crate::reading::Budget;
 use crate::texture::Chart;
 use crate::{Error, Face, Materials, Place, Position, Reading, Surface};
@@ -177,6 +177,11 @@ impl Intake {
                 let surface = self.scene.surfaces[surface].name.clone();
                 return self.note(Note::Split { place, surface, triangles, distance, size });
             }
+            Err(error @ radgrad_core::Error::NotSimple { .. }) => {
+                let parts = keyhole(&outline.vertices, 0.0).filter(|_| outline.coordinates.iter().all(Option::is_none));
+                let Some(parts) = parts else { return self.refuse(error, place, Error::Face) };
+                return self.add_parts(surface, material, parts, place);
+            }
             Err(error) => return self.refuse(error, place, Error::Face),
         };
         match outline.charts(&polygon) {
@@ -194,6 +199,17 @@ impl Intake {
             }
             Err(error) => Err(error.at(place)),
         }
+    }
+
+    /// Adds the parts of a face that comes back to a vertex of its own.
+    fn add_parts(&mut self, surface: usize, material: usize, parts: Vec<Vec<DVec3>>, place: Place) -> Result<(), Error> {
+        let (count, name) = (parts.len(), self.scene.surfaces[surface].name.clone());
+        for part in parts {
+            self.take_face(part.len()).map_err(|error| error.at(place.clone()))?;
+            let polygon = Polygon::new(part).map_err(|error| Error::Face(error).at(place.clone()))?;
+            self.scene.add_face(surface, material, polygon, Some(place.clone())).map_err(|error| error.at(place.clone()))?;
+        }
+        self.note(Note::Bridged { place, surface: name, parts: count })
     }
 
     /// Adds triangles of an outline and returns how many there are.

@@ -54,6 +54,15 @@ pub enum Note {
         /// The largest reflectance that was left.
         most: f64,
     },
+    /// A face whose outline comes back to a vertex of its own, as it does around a hole, was cut there.
+    Bridged {
+        /// Where the face is.
+        place: Place,
+        /// Name of its surface.
+        surface: String,
+        /// Parts it became.
+        parts: usize,
+    },
     /// Of two faces that are the same one was left out.
     SameFace {
         /// Where the one left out is.
@@ -121,6 +130,7 @@ impl Note {
             | Self::SmallOverlaps { place, .. } => place.as_ref(),
             Self::Split { place, .. }
             | Self::SplitForTexture { place, .. }
+            | Self::Bridged { place, .. }
             | Self::RepeatedVertex { place, .. }
             | Self::Dropped { place, .. }
             | Self::Ignored { place, .. } => Some(place),
@@ -149,6 +159,11 @@ impl fmt::Display for Note {
             ),
             Self::RepeatedVertex { vertex, .. } => write!(f, "vertex {vertex} of the face repeats its predecessor: left out"),
             Self::Dropped { reason, .. } => write!(f, "face left out: {reason}"),
+            Self::Bridged { surface, parts, .. } => write!(
+                f,
+                "a face of `{}` comes back to a vertex of its own, as around a hole: cut there into {parts} parts",
+                printable(surface)
+            ),
             Self::SameFace { face, kept, emits, unused, .. } => {
                 write!(f, "{} is left out: it is the same as {}", printable(face), printable(kept))?;
                 if *emits {
