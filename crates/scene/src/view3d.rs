@@ -301,7 +301,8 @@ impl Reader {
 fn remainder(number: usize, base: &Element, subsurfaces: &[&Element], budget: &Budget) -> Result<Vec<Vec<DVec3>>, Error> {
     let polygon =
         |element: &Element| Polygon::new(element.vertices.clone()).map_err(|e| Error::Face(e).at(element.place.clone()));
-    let mut remainder = cut::Remainder::of(number, &polygon(base)?).map_err(|error| error.at(base.place.clone()))?;
+    let whole = polygon(base)?;
+    let mut remainder = cut::Remainder::of(number, &whole).map_err(|error| error.at(base.place.clone()))?;
     for subsurface in subsurfaces {
         let cut = remainder.without(&polygon(subsurface)?, subsurface.kind == Kind::Null);
         cut.map_err(|error| error.at(subsurface.place.clone()))?;

@@ -53,10 +53,9 @@ fn coordinates_keep_the_digits_of_a_double() {
 
 #[test]
 fn surfaces_are_groups_in_objects_and_come_back_by_name() {
-    let text = format!(
-        "{SQUARE}f 1 2 3\no house\nf 1 2 3\ng south wall\nf 1 2 3\ng roof\nf 1 2 3\no shed\nf 1 2 3\no house\ng roof\nf 1 3 4\ng\nf 1 2 3\n"
-    );
-    let read = scene(&text).unwrap();
+    let before = ["", "o house\n", "g south wall\n", "g roof\n", "o shed\n", "o house\ng roof\n", "g\n"];
+    let at = |z: usize| format!("{}v 0 0 {z}\nv 1 0 {z}\nv 1 1 {z}\nf -3 -2 -1\n", before[z]);
+    let read = scene(&(0..7).map(at).collect::<String>()).unwrap();
     let surfaces: Vec<(&str, &[usize])> = read.surfaces().iter().map(|s| (s.name(), s.faces())).collect();
     assert_eq!(
         surfaces,
@@ -303,7 +302,7 @@ fn a_file_cut_off_anywhere_is_refused_or_is_a_smaller_scene() {
 #[test]
 fn a_face_that_is_not_planar_becomes_triangles_and_is_reported() {
     let warped = "v 552.8 0 0\nv 549.6 0 559.2\nv 556 548.8 559.2\nv 556 548.8 0\n";
-    let read = scene(&format!("{warped}g left\nf 1 2 3 4\nf 1 2 3\n")).unwrap();
+    let read = scene(&format!("{warped}g left\nf 1 2 3 4\nf 3 2 1\n")).unwrap();
     assert_eq!(read.faces().len(), 3);
     let [first, second] = [0, 1].map(|i| read.faces()[i].polygon().vertices());
     let v = |i: usize| read.faces()[i / 3].polygon().vertices()[i % 3];
@@ -332,7 +331,7 @@ fn a_flat_concave_face_stays_one_polygon_and_a_warped_one_keeps_its_outline() {
 #[test]
 fn faces_that_are_no_polygon_are_refused_or_left_out_with_a_note_on_request() {
     let text =
-        format!("{SQUARE}v 2 0 0\nv 0 0 1\nf 1 2 3 4\ng gone\nf 1 2 5\ng\nf 1 1 2 3\nf 1 3 2 4\nf 1 2\nf 1 1 2\nf 1 6 3 2 4\n");
+        format!("{SQUARE}v 2 0 0\nv 0 0 1\nf 1 2 3 4\ng gone\nf 1 2 5\ng\nf 1 1 3 2\nf 1 3 2 4\nf 1 2\nf 1 1 2\nf 1 6 3 2 4\n");
     for (line, reason) in [
         ("f 1 2 5", "face refused: the polygon has no area: all 3 vertices are on one line"),
         ("f 1 2 3 3", "face refused: vertices 2 and 3 are the same point [1, 1, 0]: leave one out"),
@@ -411,7 +410,7 @@ fn textures_multiply_reflectance_and_radiance_and_v_is_upwards() {
 #[test]
 fn a_face_whose_coordinates_are_not_affine_becomes_triangles_and_one_without_any_has_no_texture() {
     let library = "newmtl m\nKd 0.5 0.5 0.5\nmap_Kd greys of the wall.png\n";
-    let skew = format!("mtllib a.mtl\n{SQUARE}vt 0 0\nvt 1 0\nvt 1 1\nvt 0 2\nusemtl m\nf 1/1 2/2 3/3 4/4\nf 1 2 3\n");
+    let skew = format!("mtllib a.mtl\n{SQUARE}vt 0 0\nvt 1 0\nvt 1 1\nvt 0 2\nusemtl m\nf 1/1 2/2 3/3 4/4\nf 3 2 1\n");
     let read = textured(&skew, library).unwrap();
     assert_eq!(read.faces().len(), 3);
     let notes: Vec<String> = read.notes().iter().map(ToString::to_string).collect();

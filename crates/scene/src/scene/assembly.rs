@@ -9,7 +9,7 @@ use radgrad_core::{DVec3, Polygon};
 
 use super::healing::weld;
 use super::intake::{Given, take_face};
-use super::{Degenerate, Note, Outline, Scene, split};
+use super::{Degenerate, Note, Outline, Scene, keyhole, split};
 use crate::occluders::perimeter;
 use crate::reading::Budget;
 use crate::{Error, Place, largest};
@@ -117,6 +117,11 @@ impl Assembly<'_> {
                 return Ok(self.note(Note::Split { place: place.clone(), surface, triangles, distance, size })?);
             }
             Err(error @ radgrad_core::Error::ZeroArea { .. }) => return Err(Refused::WithoutArea(error)),
+            Err(error @ radgrad_core::Error::NotSimple { .. }) => {
+                let parts = keyhole(&outline.vertices, rounding).filter(|_| outline.coordinates.iter().all(Option::is_none));
+                let Some(parts) = parts else { return self.refuse(error, place, Error::Face) };
+                return Ok(self.add_parts(surface, material, parts, place)?);
+            }
             Err(error) => return self.refuse(error, place, Error::Face),
         };
         match outline.charts(&polygon) {
@@ -136,6 +141,17 @@ impl Assembly<'_> {
             Err(error) => return Err(error.at(place.clone()).into()),
         }
         Ok(())
+    }
+
+    /// Adds the parts of a face that comes back to a vertex of its own.
+    fn add_parts(&mut self, surface: usize, material: usize, parts: Vec<Vec<DVec3>>, place: &Place) -> Result<(), Error> {
+        let (count, name) = (parts.len(), self.scene.surfaces[surface].name.clone());
+        for part in parts {
+            take_face(self.budget, part.len()).map_err(|error| error.at(place.clone()))?;
+            let polygon = Polygon::new(part).map_err(|error| Error::Face(error).at(place.clone()))?;
+            self.scene.add_face(surface, material, polygon, Some(place.clone())).map_err(|error| error.at(place.clone()))?;
+        }
+        self.note(Note::Bridged { place: place.clone(), surface: name, parts: count })
     }
 
     /// Adds triangles of an outline and returns how many there are.
@@ -206,10 +222,12 @@ impl Moved {
     }
 }
 
-/// The polygon of an outline, which may be flat to the rounding alone.
+/// The polygon of an outline, which may be flat, or simple, to the rounding alone. What comes back to a vertex of its own is no such.
 fn polygon(vertices: &[DVec3], rounding: f64) -> Result<Polygon, radgrad_core::Error> {
+    use radgrad_core::Error::{NotPlanar, NotSimple};
     match Polygon::new(vertices.to_vec()) {
-        Err(radgrad_core::Error::NotPlanar { .. } | radgrad_core::Error::NotSimple { .. }) if rounding > 0.0 => {
+        Err(NotPlanar { .. }) if rounding > 0.0 => Polygon::from_rounded(vertices.to_vec(), rounding),
+        Err(NotSimple { .. }) if rounding > 0.0 && keyhole(vertices, rounding).is_none() => {
             Polygon::from_rounded(vertices.to_vec(), rounding)
         }
         other => other,

@@ -70,6 +70,15 @@ pub enum Note {
         /// The largest reflectance that was left.
         most: f64,
     },
+    /// A face whose outline comes back to a vertex of its own, as it does around a hole, was cut there.
+    Bridged {
+        /// Where the face is.
+        place: Place,
+        /// Name of its surface.
+        surface: String,
+        /// Parts it became.
+        parts: usize,
+    },
     /// Of two faces that are the same one was left out.
     SameFace {
         /// Where the one left out is.
@@ -137,6 +146,7 @@ impl Note {
             | Self::SmallOverlaps { place, .. } => place.as_ref(),
             Self::Split { place, .. }
             | Self::SplitForTexture { place, .. }
+            | Self::Bridged { place, .. }
             | Self::Healed { place, .. }
             | Self::RepeatedVertices { place, .. }
             | Self::LeftOut { place, .. }
@@ -181,6 +191,11 @@ impl fmt::Display for Note {
                     None => write!(f, "it is thinner than the rounding of its coordinates, {precision:.1e}"),
                 }
             }
+            Self::Bridged { surface, parts, .. } => write!(
+                f,
+                "a face of `{}` comes back to a vertex of its own, as around a hole: cut there into {parts} parts",
+                printable(surface)
+            ),
             Self::SameFace { face, kept, emits, unused, .. } => {
                 write!(f, "{} is left out: it is the same as {}", printable(face), printable(kept))?;
                 if *emits {

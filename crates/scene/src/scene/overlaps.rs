@@ -24,8 +24,9 @@ use std::cell::OnceCell;
 use std::collections::{BTreeMap, HashMap, HashSet};
 
 use radgrad_core::{DVec3, Polygon};
+use smallvec::SmallVec;
 
-use self::flat::{Frame, Part, convex_parts, root};
+use self::flat::{Corner, Frame, Part, convex_parts, is_convex, lies_beside, root, tolerance};
 use super::{Face, Note, Scene};
 use crate::error::Overlapping;
 use crate::occluders::{Level, Occluders};
@@ -92,6 +93,7 @@ struct Sheet<'a> {
     /// The largest coordinate.
     largest: f64,
     level: Level,
+    is_convex: bool,
     /// Vertices of its convex parts, none if there are no such.
     parts: OnceCell<Vec<Vec<usize>>>,
 }
@@ -103,16 +105,12 @@ impl<'a> Sheet<'a> {
         let whole = Part::new(outline.iter().map(|&v| frame.corner(v)).collect());
         let (perimeter, largest) = (whole.perimeter(), power * outline.iter().map(|v| v.abs().max_element()).fold(0.0, largest));
         let level = Level::new(largest, perimeter / whole.area());
-        Self { polygon, frame, whole, perimeter, largest, level, parts: OnceCell::new() }
+        let is_convex = is_convex(&whole.corners);
+        Self { polygon, frame, whole, perimeter, largest, level, is_convex, parts: OnceCell::new() }
     }
 
     fn area(&self) -> f64 {
         self.whole.area()
-    }
-
-    /// Its outline in another plane.
-    fn seen_in(&self, frame: &Frame) -> Part {
-        Part::new(self.polygon.vertices().iter().map(|&v| frame.corner(v)).collect())
     }
 
     /// Its convex parts in another plane.
@@ -130,6 +128,9 @@ struct Sheets<'a> {
     power: f64,
     rounding: f64,
 }
+
+/// The corners of a face in the plane of another.
+type Outline = SmallVec<[Corner; 4]>;
 
 /// What two faces have in common.
 struct Common {
@@ -165,11 +166,6 @@ impl<'a> Sheets<'a> {
         Self { scene, sheets, power, rounding: power * rounding }
     }
 
-    /// The distance by which lines that coincided may be apart.
-    fn tolerance(&self, largest: f64) -> f64 {
-        4.0 * self.rounding + 16.0 * f64::EPSILON * largest
-    }
-
     /// The area of two that coincided which may be of one of them only.
     fn margin(&self, face: usize, other: usize) -> f64 {
         let (face, other) = (&self.sheets[face], &self.sheets[other]);
@@ -187,16 +183,19 @@ impl<'a> Sheets<'a> {
         let level = largest(a.level.at(reach), b.level.at(reach));
         let defects = self.power * (a.polygon.planarity_defect() + b.polygon.planarity_defect());
         let allowed = 2.0 * self.rounding * below.frame.normal().abs().element_sum() + defects + level;
-        let outline = above.seen_in(&below.frame);
-        let heights = || outline.corners.iter().map(|corner| corner.height);
+        let outline: Outline = above.polygon.vertices().iter().map(|&v| below.frame.corner(v)).collect();
+        let heights = || outline.iter().map(|corner| corner.height);
         if heights().all(|height| height > allowed) || heights().all(|height| height < -allowed) {
             return Relation::Apart;
         }
         let touching = if heights().all(|height| height.abs() <= allowed) { Relation::Level } else { Relation::Apart };
-        if outline.is_apart(&below.whole) {
+        // A strip along an edge of such a width is less than what doubles explain.
+        let beside = |of: &[Corner], others: &[Corner]| lies_beside(of, others, 8.0 * f64::EPSILON * farthest);
+        if below.is_convex && beside(&below.whole.corners, &outline) || above.is_convex && beside(&outline, &below.whole.corners)
+        {
             return touching;
         }
-        let tolerance = self.tolerance(farthest);
+        let tolerance = tolerance(self.rounding, farthest);
         let Some(common) = common(below, above, tolerance, allowed) else { return Relation::Apart };
         let by_doubles = SLIVER * (a.perimeter + b.perimeter) * farthest;
         if common.area <= by_doubles {
@@ -247,7 +246,7 @@ impl<'a> Sheets<'a> {
     fn without(&self, face: usize, others: &[usize]) -> Vec<Part> {
         let sheet = &self.sheets[face];
         let farthest = others.iter().map(|&other| self.sheets[other].largest).fold(sheet.largest, largest);
-        let tolerance = self.tolerance(farthest);
+        let tolerance = tolerance(self.rounding, farthest);
         let holes: Vec<Part> = others.iter().flat_map(|&other| self.sheets[other].parts(&sheet.frame, tolerance)).collect();
         sheet.parts(&sheet.frame, tolerance).into_iter().flat_map(|part| part.without(&holes, tolerance)).collect()
     }

@@ -57,7 +57,7 @@ fn what_stands_after_the_end_is_not_read() {
 
 #[test]
 fn combined_surfaces_are_one_surface_of_several_faces() {
-    let halves = "S 7 1 2 3 0 0 1 0.9 floor-b\nS 8 1 2 3 0 0 0 0.5 last\nS 9 1 2 3 0 0 1 0.9\n";
+    let halves = "S 7 3 2 1 0 0 1 0.9 floor-b\nS 8 3 7 6 0 0 0 0.5 last\nS 9 5 6 7 0 0 1 0.9\n";
     let read = scene(&format!("{CUBE}{halves}")).unwrap();
     assert_eq!(read.surfaces().len(), 7);
     assert_eq!((read.surfaces()[0].faces(), read.area_of(0)), (&[0, 6, 8][..], 2.0));

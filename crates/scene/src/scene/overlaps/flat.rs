@@ -16,6 +16,11 @@ use crate::occluders::above;
 use crate::scene::triangles;
 use crate::{largest, smallest};
 
+/// The distance by which lines that coincided may be apart, with coordinates up to `largest` that are rounded by at most `rounding`.
+pub(crate) fn tolerance(rounding: f64, largest: f64) -> f64 {
+    4.0 * rounding + 16.0 * f64::EPSILON * largest
+}
+
 /// Coordinates in a plane, in a unit in which the scene is about 1.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Frame {
@@ -179,6 +184,24 @@ fn halves(outline: &[Corner], [from, to]: [Corner; 2], tolerance: f64) -> [Vec<C
     [&heights, &below].map(|heights| distinct(above(outline, heights, cut)))
 }
 
+/// Whether a simple outline is convex.
+pub(crate) fn is_convex(outline: &[Corner]) -> bool {
+    let at = |i: usize| outline[i % outline.len()].at;
+    (0..outline.len()).all(|i| turn(at(i), at(i + 1), at(i + 2)) >= 0.0)
+}
+
+/// Whether an edge of a convex outline has it on its left, and another all but a strip of this width on its right.
+pub(crate) fn lies_beside(outline: &[Corner], other: &[Corner], width: f64) -> bool {
+    (0..outline.len()).any(|i| {
+        let (from, to) = (outline[i].at, outline[(i + 1) % outline.len()].at);
+        let is_on_right = |corner: &Corner| {
+            let turn = turn(from, to, corner.at);
+            turn <= 0.0 || turn <= width * length(from, to)
+        };
+        other.iter().all(is_on_right)
+    })
+}
+
 /// An outline without corners that are at their predecessor.
 fn distinct(mut outline: Vec<Corner>) -> Vec<Corner> {
     outline.dedup_by(|a, b| a.point == b.point);
@@ -233,7 +256,7 @@ pub(crate) fn convex_parts(vertices: &[DVec3], frame: &Frame, tolerance: f64) ->
 }
 
 /// The first of those that were joined.
-pub(super) fn root(joined_to: &mut [usize], mut index: usize) -> usize {
+pub(crate) fn root(joined_to: &mut [usize], mut index: usize) -> usize {
     while joined_to[index] != index {
         joined_to[index] = joined_to[joined_to[index]];
         index = joined_to[index];
