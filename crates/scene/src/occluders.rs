@@ -24,8 +24,10 @@ pub(crate) use level::may_hide;
 pub(crate) use overlap::{above, on_the_way, perimeter};
 use rays::Rays;
 pub use segment::contains;
+pub(crate) use shape::Bounds;
 use shape::Shape;
-use tree::{Content, Tree};
+use tree::Content;
+pub(crate) use tree::Tree;
 
 /// An index of polygons for searches by [`Beam`].
 ///
@@ -74,7 +76,7 @@ impl Occluders {
     /// An index of polygons, numbered from 0 in their order. It copies the coordinates that it needs.
     pub fn new<'a>(polygons: impl IntoIterator<Item = &'a Polygon>) -> Self {
         let polygons: Vec<Shape> = polygons.into_iter().map(Shape::of).collect();
-        let tree = Tree::over(&polygons);
+        let tree = Tree::over(&polygons.iter().map(|polygon| polygon.bounds).collect::<Vec<_>>());
         Self { rays: Rays::of(&tree, &polygons), tree, polygons }
     }
 

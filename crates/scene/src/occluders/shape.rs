@@ -41,15 +41,15 @@ fn turning(vertices: &[DVec3]) -> DVec3 {
 
 /// The smallest box around some points.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Bounds {
-    pub(super) low: DVec3,
-    pub(super) high: DVec3,
+pub(crate) struct Bounds {
+    pub(crate) low: DVec3,
+    pub(crate) high: DVec3,
 }
 
 impl Bounds {
     pub(super) const NONE: Self = Self { low: DVec3::INFINITY, high: DVec3::NEG_INFINITY };
 
-    pub(super) fn of(points: &[DVec3]) -> Self {
+    pub(crate) fn of(points: &[DVec3]) -> Self {
         points.iter().fold(Self::NONE, |bounds, &p| Self { low: bounds.low.min(p), high: bounds.high.max(p) })
     }
 

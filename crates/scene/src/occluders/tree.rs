@@ -3,7 +3,7 @@
 
 use std::ops::Range;
 
-use super::shape::{Bounds, Shape};
+use super::shape::Bounds;
 use crate::{largest, smallest};
 
 /// Polygons in a leaf, at most.
@@ -14,7 +14,7 @@ const BINS: usize = 16;
 
 /// Boxes in boxes. A node's first child follows it.
 #[derive(Debug, Clone)]
-pub(super) struct Tree {
+pub(crate) struct Tree {
     pub(super) nodes: Vec<Node>,
     /// Polygons in the order of the leaves.
     pub(super) order: Vec<usize>,
@@ -37,13 +37,26 @@ pub(super) enum Content {
 }
 
 impl Tree {
-    pub(super) fn over(polygons: &[Shape]) -> Self {
-        let mut order: Vec<usize> = (0..polygons.len()).collect();
-        let mut nodes = Vec::with_capacity(polygons.len());
+    pub(crate) fn over(boxes: &[Bounds]) -> Self {
+        let mut order: Vec<usize> = (0..boxes.len()).collect();
+        let mut nodes = Vec::with_capacity(boxes.len());
         if !order.is_empty() {
-            build(&mut nodes, &mut order, 0, polygons);
+            build(&mut nodes, &mut order, 0, boxes);
         }
         Self { nodes, order }
+    }
+
+    /// Visits what is in leaves whose boxes meet a box.
+    pub(crate) fn near(&self, bounds: &Bounds, mut visit: impl FnMut(usize)) {
+        let mut open: Vec<usize> = self.root().into_iter().collect();
+        while let Some(node) = open.pop().map(|node| &self.nodes[node]) {
+            if node.bounds.common(bounds).is_some() {
+                match &node.content {
+                    Content::Branch(children) => open.extend(children),
+                    Content::Leaf => self.order[node.range.clone()].iter().copied().for_each(&mut visit),
+                }
+            }
+        }
     }
 
     /// The node over all, if there are polygons.
@@ -53,26 +66,26 @@ impl Tree {
 }
 
 /// Adds the node over `order`, which starts at `first` of the whole, with all below it.
-fn build(nodes: &mut Vec<Node>, order: &mut [usize], first: usize, polygons: &[Shape]) {
-    let whole = order.iter().fold(Bounds::NONE, |sum, &i| sum.and(&polygons[i].bounds));
+fn build(nodes: &mut Vec<Node>, order: &mut [usize], first: usize, boxes: &[Bounds]) {
+    let whole = order.iter().fold(Bounds::NONE, |sum, &i| sum.and(&boxes[i]));
     let index = nodes.len();
     nodes.push(Node { bounds: whole, content: Content::Leaf, range: first..first + order.len() });
     if order.len() <= LEAF {
         return;
     }
-    let middle = split(order, polygons, &whole);
+    let middle = split(order, boxes, &whole);
     let (left, right) = order.split_at_mut(middle);
-    build(nodes, left, first, polygons);
+    build(nodes, left, first, boxes);
     nodes[index].content = Content::Branch([nodes.len(), index + 1]);
-    build(nodes, right, first + middle, polygons);
+    build(nodes, right, first + middle, boxes);
 }
 
 /// Sorts the polygons into two parts, neither empty, and returns where the second starts.
-fn split(order: &mut [usize], polygons: &[Shape], whole: &Bounds) -> usize {
+fn split(order: &mut [usize], boxes: &[Bounds], whole: &Bounds) -> usize {
     let unit = (whole.high - whole.low).max_element();
     let mut best: Option<(f64, usize, usize)> = None;
     let range = |axis: usize| {
-        let centres = order.iter().map(|&i| polygons[i].bounds.centre(axis));
+        let centres = order.iter().map(|&i| boxes[i].centre(axis));
         centres.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), c| (smallest(low, c), largest(high, c)))
     };
     let ranges = [0, 1, 2].map(range);
@@ -83,14 +96,14 @@ fn split(order: &mut [usize], polygons: &[Shape], whole: &Bounds) -> usize {
     )]
     let bin = |axis: usize, polygon: usize| {
         let (low, high) = ranges[axis];
-        let place = (polygons[polygon].bounds.centre(axis) - low) / (high - low) * BINS as f64;
+        let place = (boxes[polygon].centre(axis) - low) / (high - low) * BINS as f64;
         (place as usize).min(BINS - 1)
     };
     for axis in (0..3).filter(|&axis| ranges[axis].0 < ranges[axis].1) {
         let mut bins = [(0_usize, Bounds::NONE); BINS];
         for &polygon in order.iter() {
             let (count, sum) = &mut bins[bin(axis, polygon)];
-            (*count, *sum) = (*count + 1, sum.and(&polygons[polygon].bounds));
+            (*count, *sum) = (*count + 1, sum.and(&boxes[polygon]));
         }
         for cut in 1..BINS {
             let cost = |part: &[(usize, Bounds)]| {

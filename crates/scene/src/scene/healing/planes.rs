@@ -5,6 +5,7 @@ use std::collections::{BTreeSet, HashMap};
 use radgrad_core::DVec3;
 
 use super::width;
+use crate::occluders::{Bounds, Tree};
 use crate::{largest, smallest};
 
 /// Margin on the distance that rounding moves a vertex along a normal.
@@ -22,6 +23,9 @@ const CELL: f64 = 4.0 * KNOWN;
 
 /// Of planes whose normals differ from the span of those before by less than this, rounding decides where they meet.
 const PARALLEL: f64 = 0.1;
+
+/// How far from an edge a vertex on it may be: its own rounding and those of the ends, along three axes.
+const BESIDE: f64 = 4.0;
 
 /// The largest motion of a vertex, in roundings: more than planes that are not nearly parallel ask for.
 const FARTHEST: f64 = 64.0;
@@ -58,8 +62,8 @@ impl Plane {
         self.height(point).abs() <= MARGIN * rounding * (x + y + z) * (1.0 + self.lever(point, lever))
     }
 
-    /// Takes a point for a corner of the base where that makes it a fifth larger or more.
-    fn widen(&mut self, point: DVec3) {
+    /// Takes a point for a corner of the base where that makes it a fifth larger or more; whether it does.
+    fn widen(&mut self, point: DVec3) -> bool {
         let area = |[a, b, c]: [DVec3; 3]| (b - a).cross(c - a).length();
         let with = |k: usize| {
             let mut base = self.base;
@@ -67,7 +71,9 @@ impl Plane {
             base
         };
         let widest = [0, 1, 2].map(with).into_iter().max_by(|a, b| area(*a).total_cmp(&area(*b)));
-        self.base = widest.filter(|base| area(*base) > 1.2 * area(self.base)).unwrap_or(self.base);
+        let wider = widest.filter(|base| area(*base) > 1.2 * area(self.base));
+        self.base = wider.unwrap_or(self.base);
+        wider.is_some()
     }
 
     /// Fits it to its vertices, by least squares of heights; twice, as a tilt of 1e-3 leaves its square.
@@ -131,7 +137,36 @@ impl Planes {
             }
             order.retain(|(face, _)| left_out.contains(face));
         }
+        planes.join(positions, faces, rounding);
         planes
+    }
+
+    /// Puts vertices that lie on an edge of another face, between its ends, onto the plane of that face too: where a wall ends in another
+    /// one, its vertices are on that one.
+    fn join(&mut self, positions: &[DVec3], faces: &[Vec<usize>], rounding: f64) {
+        let on_plane =
+            self.planes.iter().enumerate().flat_map(|(place, plane)| plane.faces.iter().map(move |&face| (place, face)));
+        let edges: Vec<(usize, [usize; 2])> = on_plane
+            .flat_map(|(place, face)| {
+                let vertices = &faces[face];
+                (0..vertices.len()).map(move |i| (place, [vertices[i], vertices[(i + 1) % vertices.len()]]))
+            })
+            .collect();
+        let tree = Tree::over(&edges.iter().map(|(_, ends)| Bounds::of(&ends.map(|end| positions[end]))).collect::<Vec<_>>());
+        for (vertex, &position) in positions.iter().enumerate() {
+            let reach = DVec3::splat(BESIDE * rounding);
+            let around = Bounds { low: position - reach, high: position + reach };
+            tree.near(&around, |edge| {
+                let (place, ends) = edges[edge];
+                let plane = &mut self.planes[place];
+                if !plane.vertices.contains(&vertex)
+                    && plane.holds(position, rounding, 1.0)
+                    && is_beside(position, ends.map(|end| positions[end]), BESIDE * rounding)
+                {
+                    plane.vertices.insert(vertex);
+                }
+            });
+        }
     }
 
     /// The motions of vertices onto their planes: of those that are off one by more than `flat`.
@@ -204,11 +239,16 @@ impl<'a> Shared<'a> {
         });
         let plane = &mut self.planes[place];
         plane.faces.push(face);
+        let mut is_wider = false;
         for (&vertex, &point) in vertices.iter().zip(&points) {
             if plane.vertices.insert(vertex) {
-                plane.widen(point);
+                is_wider |= plane.widen(point);
                 self.by_vertex.entry(vertex).or_default().push(place);
             }
+        }
+        // What is far apart tells the plane better.
+        if is_wider {
+            plane.fit(self.positions);
         }
     }
 }
@@ -232,6 +272,13 @@ fn onto(planes: &[&Plane], position: DVec3) -> DVec3 {
         }
     }
     motion
+}
+
+/// Whether a point is within a distance of the inside of a segment.
+fn is_beside(point: DVec3, [from, to]: [DVec3; 2], distance: f64) -> bool {
+    let along = to - from;
+    let share = (point - from).dot(along) / along.length_squared();
+    share > 0.0 && share < 1.0 && (from + along * share - point).length() <= distance
 }
 
 /// The unit normal of an outline, and the triangle of its vertices that is nearly the largest.
