@@ -179,7 +179,7 @@ impl<'a> Task<'a> {
         } else {
             [1, 2]
         };
-        let moved = Receiver::new(receiver.position() * scale, receiver.normal(), receiver.reflectance());
+        let moved = Receiver::new(receiver.position() * scale, receiver.given_normal(), receiver.reflectance());
         let mut screens = Vec::with_capacity(occluders.len());
         for (index, occluder) in occluders.iter().enumerate() {
             screens.push(occluder.map(scale, |vertex| vertex * scale).map_err(|source| Error::Occluder { index, source })?);
