@@ -7,17 +7,22 @@
 //! The bound has three parts. The sum's own: rounding and the Gauss rule ([`edges`]). The rounding of the coordinates and of the
 //! cuts: a point sees of a polygon of area A at distance D at most `min(1, A/pi D^2)`, so corners that move by at most d change the
 //! result by at most d times the perimeter times that. And corners level with the other's plane up to the rounding of coordinates
-//! count as in it, as in [`crate::Beam::from_polygon`]. Far away the sum cancels, and [`far`] integrates the kernel itself.
+//! count as in it, as in [`crate::Beam::from_polygon`]. Far away the sum cancels, and [`far`] integrates the kernel itself. Of faces that are thin or
+//! small for their distance roundings of the large one are left, and [`points`] integrates what is seen from them.
 
 mod clip;
 mod edges;
 mod far;
 mod planar;
+mod points;
 mod skew;
+
+#[cfg(test)]
+mod tests;
 
 use radgrad_core::{DVec3, Polygon, mutant};
 
-use super::{larger, middle};
+use super::{larger, middle, smaller};
 use crate::occluders::perimeter;
 use crate::projection::normalising_power;
 
@@ -59,6 +64,14 @@ pub(super) const ALL_DIGITS: f64 = 4e-14;
 /// The part of it that the sum over edges may take: what it is compared with is a guess, which may be high.
 const CONTOUR: f64 = 1.0 / 40.0;
 
+/// Error over the smaller area, up to which the sum over edges is not held against what points see.
+#[cfg(test)]
+pub(super) const RESOLVED: f64 = 1e-9;
+
+/// Points for that: the first number mostly, the second where the sum says less than this over the area.
+const POINTS: [usize; 2] = [2_000, 10_000];
+const UNRESOLVED: f64 = 1e-4;
+
 /// A flat outline, a polygon or a part of one.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct FlatOutline<'a> {
@@ -72,9 +85,9 @@ pub(super) struct FlatOutline<'a> {
     pub(super) area: f64,
 }
 
-/// The exchange of `from` and `to`, with about that much truncation allowed, over the result; exactly 0 where neither has a point in front
-/// of the other.
-pub(super) fn exchange(from: &Polygon, to: &Polygon, truncation: f64) -> Exchange {
+/// The exchange of `from` and `to`, with about that much truncation allowed, over the result, and an error of `resolved` over the smaller area;
+/// exactly 0 where neither has a point in front of the other.
+pub(super) fn exchange(from: &Polygon, to: &Polygon, truncation: f64, resolved: f64) -> Exchange {
     let [from, to] = [from, to].map(|polygon| FlatOutline {
         points: polygon.vertices(),
         normal: polygon.normal(),
@@ -82,11 +95,15 @@ pub(super) fn exchange(from: &Polygon, to: &Polygon, truncation: f64) -> Exchang
         defect: polygon.planarity_defect(),
         area: polygon.area(),
     });
-    exchange_parts([&from, &to], truncation)
+    exchange_outlines([&from, &to], truncation, resolved)
 }
 
-/// The same of parts of polygons.
+/// The same of parts of polygons, by the sum over edges alone.
 pub(super) fn exchange_parts(parts: [&FlatOutline<'_>; 2], truncation: f64) -> Exchange {
+    exchange_outlines(parts, truncation, f64::INFINITY)
+}
+
+fn exchange_outlines(parts: [&FlatOutline<'_>; 2], truncation: f64, resolved: f64) -> Exchange {
     let origin = parts[0].points[0];
     let points = parts[0].points.iter().chain(parts[1].points);
     let reach = points.map(|&v| (v - origin).abs().max_element()).fold(0.0, larger);
@@ -97,7 +114,15 @@ pub(super) fn exchange_parts(parts: [&FlatOutline<'_>; 2], truncation: f64) -> E
     let normals = [a.normal, b.normal];
     let areas = parts.map(|part| part.area * power * power);
     let by_contour = || contour(outlines, CONTOUR * truncation * rough(outlines, normals, areas));
-    let found = far::exchange(outlines, normals, truncation).unwrap_or_else(by_contour);
+    let mut found = far::exchange(outlines, normals, truncation).unwrap_or_else(by_contour);
+    let unresolved = found.error / smaller(areas[0], areas[1]);
+    if unresolved > resolved {
+        let from = usize::from(areas[1] < areas[0]);
+        let most_points = POINTS[usize::from(unresolved > UNRESOLVED)];
+        let goal = points::Goal { error: 0.3 * resolved, most_points };
+        let by_points = points::exchange([outlines[from], outlines[1 - from]], normals[from], goal);
+        found = by_points.filter(|by_points| by_points.error < found.error).unwrap_or(found);
+    }
     let seen = far::most_seen(outlines, areas);
     let displaced =
         mutant!("factors.displaced", moved * (perimeter(outlines[0]) * seen[1] + perimeter(outlines[1]) * seen[0]), |error| 0.1

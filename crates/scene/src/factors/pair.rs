@@ -54,6 +54,10 @@ const OF_VALUE: f64 = 0.3;
 const OF_BRACKET: f64 = 0.02;
 const MOST_OF_BRACKET: f64 = 3e-3;
 
+/// Share of the estimate up to which an exchange in free sight is not held against a second way to it.
+const RESOLVED: f64 = 0.1;
+const DIGITS: f64 = 1e-12;
+
 /// The relative truncation error that an estimate with this relative error allows.
 const fn truncation(wanted: f64) -> f64 {
     wanted.clamp(ALL_DIGITS, 1e-4)
@@ -240,7 +244,7 @@ impl FormFactors<'_> {
         let screens: Vec<&Screen> = candidates.iter().flat_map(|&k| &self.screens[k]).collect();
         // Past others the estimate has fewer digits.
         let truncation = if screens.is_empty() { ALL_DIGITS } else { truncation(OF_VALUE * settings.estimate) };
-        let free = exchange(polygons[0], polygons[1], truncation);
+        let free = exchange(polygons[0], polygons[1], truncation, larger(RESOLVED * settings.estimate, DIGITS));
         (free != Exchange::default()).then_some(Sighted { candidates, screens, free })
     }
 

@@ -1,12 +1,12 @@
 use radgrad_core::{DMat3, DVec3, Emission, Emitter, Polygon, Receiver, radiosity};
 
-use super::exchange::{ALL_DIGITS, Exchange};
+use super::exchange::{ALL_DIGITS, Exchange, RESOLVED};
 use super::screen::{Cells, Undecided};
 use super::{FactorSettings, FormFactors, larger, smaller};
 use crate::{Error, Scene};
 
 fn exchange(from: &Polygon, to: &Polygon) -> Exchange {
-    super::exchange::exchange(from, to, ALL_DIGITS)
+    super::exchange::exchange(from, to, ALL_DIGITS, RESOLVED)
 }
 
 fn polygon(points: &[[f64; 3]]) -> Polygon {
@@ -362,7 +362,7 @@ fn faces_of_a_few_roundings_exchange_between_nothing_and_their_area() {
         let mut seen = 0;
         for pair in [[tiny, large], [large, tiny]] {
             for truncation in [ALL_DIGITS, 1e-6] {
-                let found = super::exchange::exchange(pair[0], pair[1], truncation);
+                let found = super::exchange::exchange(pair[0], pair[1], truncation, RESOLVED);
                 let allowed = tiny.area() * (1.0 + 1e-12);
                 assert!(found.most() >= 0.0 && found.least() <= allowed, "{name}: {found:?}, {allowed:e}");
                 seen += usize::from(found.area != 0.0);

@@ -14,6 +14,8 @@ pub(super) struct Outline {
     rounding: f64,
     /// How far points of its surface may be off its plane, and by how much its vertices are.
     level: Level,
+    /// The same of the plane of the coordinates as they are.
+    exact: Level,
     defect: f64,
 }
 
@@ -31,26 +33,29 @@ impl Outline {
         let defect = part.defect * power;
         let lost = |v: &DVec3| difference_error(*v, origin).length() * power * (1.0 + 1e-12);
         let rounding = part.points.iter().map(lost).fold(0.0, larger) + defect;
-        Self { normal: part.normal, rounding, level: Level::new(largest * power, part.slope / power), defect, points }
+        let [level, exact] = [part.slope / power, 0.0].map(|slope| Level::new(largest * power, slope));
+        Self { normal: part.normal, rounding, level, exact, defect, points }
     }
 
-    /// The part in front of the other's plane. Corners level with the plane up to rounding are taken to lie in it, since the
-    /// other is a surface whose coordinates are rounded. `None` where nothing is in front.
+    /// The part in front of the other's plane; `None` where nothing is, or nothing by more than what the other's plane is known to, since that is of
+    /// a surface whose coordinates are rounded. Corners within the rounding of heights are taken to lie in the plane. The plane of a sliver is known to
+    /// far less than that, but where something is clearly in front of it, it is cut at the plane of the coordinates as they are.
     pub(super) fn in_front_of(&self, other: &Self) -> Option<Front> {
         let origin = other.points[0];
-        let mut to_plane = 0.0;
+        let defect = 2.0 * (self.defect + other.defect);
+        let (mut to_plane, mut is_in_front) = (0.0, false);
         let mut height = |p: &DVec3| {
             let r = *p - origin;
             let height = other.normal.dot(r);
-            let level = other.level.at(r.length()) + 2.0 * (self.defect + other.defect);
-            if height.abs() > level {
+            is_in_front |= height > other.level.at(r.length()) + defect;
+            if height.abs() > other.exact.at(r.length()) + defect {
                 return height;
             }
             to_plane = larger(to_plane, height.abs());
             0.0
         };
         let heights: Vec<f64> = self.points.iter().map(&mut height).collect();
-        if heights.iter().all(|&h| h <= 0.0) {
+        if !is_in_front {
             return None;
         }
         let moved = self.rounding + to_plane;
