@@ -301,7 +301,11 @@ impl fmt::Display for Overlapping {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { faces: [first, second], at, share } = self;
         let (x, y, z) = (at.x, at.y, at.z);
-        write!(f, "{first} and {second} overlap in one plane around ({x:?}, {y:?}, {z:?}), on {:.3} % of the smaller", 100.0 * share)
+        write!(
+            f,
+            "{first} and {second} overlap in one plane around ({x:?}, {y:?}, {z:?}), on {:.3} % of the smaller",
+            100.0 * share
+        )
     }
 }
 

@@ -261,9 +261,11 @@ impl Intake {
     /// The scene, if it has faces; surfaces that got none are left out.
     pub(crate) fn finish(self) -> Result<Scene, Error> {
         let (budget, overlaps) = (Rc::clone(&self.budget), self.reading.overlaps);
+        let place = self.place(Position::File);
         let mut scene = self.as_given()?;
         let count = scene.faces.len();
-        overlaps::resolve(&mut scene, 0.0, overlaps)?;
+        let resolved = overlaps::resolve(&mut scene, 0.0, overlaps);
+        resolved.map_err(|error| if error.place().is_none() { error.at(place) } else { error })?;
         let added = scene.faces.len().saturating_sub(count);
         budget.take_many("pieces of faces", added, size_of::<Face>() + 40 * size_of::<DVec3>())?;
         scene.leave_out_empty_surfaces();

@@ -43,9 +43,8 @@ pub(crate) fn keyhole(vertices: &[DVec3], rounding: f64) -> Option<Vec<Vec<DVec3
         let parts: Vec<Part> = parts.iter().map(part).collect();
         if is_hole { holes.extend(parts) } else { bounds.push((outline, parts)) }
     }
-    let meet = |some: &[Part], others: &[Part]| {
-        some.iter().any(|part| others.iter().any(|other| part.common(other).is_wide(tolerance)))
-    };
+    let meet =
+        |some: &[Part], others: &[Part]| some.iter().any(|part| others.iter().any(|other| part.common(other).is_wide(tolerance)));
     if (0..bounds.len()).any(|i| bounds[..i].iter().any(|(_, parts)| meet(parts, &bounds[i].1))) {
         return None;
     }

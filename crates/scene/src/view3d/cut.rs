@@ -45,7 +45,8 @@ impl<'a> Remainder<'a> {
         let mut outline = subsurface.vertices().to_vec();
         let (normal, origin) = (self.base.normal(), self.base.vertices()[0]);
         let off = outline.iter().map(|&v| normal.dot(v - origin).abs()).fold(0.0, largest);
-        let allowed = PLANARITY * self.base.size() + 4.0 * f64::EPSILON * largest(farthest(subsurface), origin.abs().max_element());
+        let allowed =
+            PLANARITY * self.base.size() + 4.0 * f64::EPSILON * largest(farthest(subsurface), origin.abs().max_element());
         if off > allowed {
             return Err(self.fault(format!("a vertex is {off:e} off the plane of the base (allowed {allowed:e})")));
         }

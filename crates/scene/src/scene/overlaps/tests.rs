@@ -145,7 +145,8 @@ fn of_a_face_that_is_there_twice_one_is_left() {
 
 #[test]
 fn other_overlaps_are_refused_all_at_once_unless_they_are_to_be_cut() {
-    let faces = [("a", 0.0, square(0.0, 2.0)), ("b", 0.0, board([1.0, 3.0], [0.5, 1.0])), ("c", 0.0, board([-1.0, 1.0], [1.5, 1.75]))];
+    let faces =
+        [("a", 0.0, square(0.0, 2.0)), ("b", 0.0, board([1.0, 3.0], [0.5, 1.0])), ("c", 0.0, board([-1.0, 1.0], [1.5, 1.75]))];
     let mut given = scene(&faces, flat);
     let error = resolve(&mut given, 0.0, Overlaps::default()).unwrap_err().to_string();
     let first = "face 0 of `a` (a.obj:1) and face 1 of `b` (a.obj:2) overlap in one plane around (1.5, 0.75, 0.0), on 50.000 % of the smaller";
@@ -163,7 +164,10 @@ fn other_overlaps_are_refused_all_at_once_unless_they_are_to_be_cut() {
     let error = resolve(&mut scene(&many, flat), 0.0, Overlaps::default()).unwrap_err();
     assert!(matches!(&error, Error::Overlap { pairs, more: 2 } if pairs.len() == 20), "{error}");
     assert!(error.to_string().contains("and 2 pairs more"));
-    for faces in [[("a", 0.0, square(0.0, 2.0)), ("b", 0.0, square(0.0, 2.0))], [("a", 0.0, square(0.0, 2.0)), ("b", 0.0, square(0.5, 1.0))]] {
+    for faces in [
+        [("a", 0.0, square(0.0, 2.0)), ("b", 0.0, square(0.0, 2.0))],
+        [("a", 0.0, square(0.0, 2.0)), ("b", 0.0, square(0.5, 1.0))],
+    ] {
         assert!(resolve(&mut scene(&faces, flat), 0.0, Overlaps::Refuse).is_err());
     }
     assert!(resolve(&mut scene(&faces, flat), f64::NAN, Overlaps::Cut).unwrap_err().to_string().contains("rounding"));
@@ -240,7 +244,11 @@ fn at_every_point_the_smallest_face_is_left() {
             .map(|k| {
                 let (x, y, size, start) = (4.0 * uniform(), 4.0 * uniform(), 0.6 + 0.5 * f64::from(k), 6.3 * uniform());
                 let at = |share: f64, r: f64| [x + size * r * libm::cos(start + share), y + size * r * libm::sin(start + share)];
-                if k % 2 == 0 { vec![at(0.0, 1.0), at(2.0, 1.0), at(4.0, 1.0)] } else { vec![at(0.0, 1.0), at(2.0, 0.2), at(4.0, 1.0), at(5.0, 1.0)] }
+                if k % 2 == 0 {
+                    vec![at(0.0, 1.0), at(2.0, 1.0), at(4.0, 1.0)]
+                } else {
+                    vec![at(0.0, 1.0), at(2.0, 0.2), at(4.0, 1.0), at(5.0, 1.0)]
+                }
             })
             .collect();
         let names: Vec<String> = (0..8).map(|k| format!("s{k}")).collect();
@@ -285,7 +293,8 @@ fn pieces_are_few_and_wide() {
 #[test]
 fn many_tiles_and_many_rugs_on_one_floor() {
     let at = |i: u32| f64::from(i) * 1.25;
-    let mut faces: Vec<_> = (0..14_400).map(|k| ("rugs", 0.0, board([at(k % 120), at(k % 120) + 1.0], [at(k / 120), at(k / 120) + 1.0]))).collect();
+    let mut faces: Vec<_> =
+        (0..14_400).map(|k| ("rugs", 0.0, board([at(k % 120), at(k % 120) + 1.0], [at(k / 120), at(k / 120) + 1.0]))).collect();
     let tiles = (0..3_600).map(|k| (2.5 * f64::from(k % 60), 2.5 * f64::from(k / 60)));
     let tile = |(x, y): (f64, f64)| ("tiles", 0.0, board([x, x + 2.5], [y + 200.0, y + 202.5]));
     faces.extend(tiles.map(tile));
@@ -316,13 +325,18 @@ fn a_texture_stays_where_it_was() {
     resolve(&mut given, 0.0, Overlaps::default()).unwrap();
     for k in 0..16 {
         let found = given.surfaces[0].faces().iter().find(|&&face| is_at(&given.faces[face], point(k)));
-        assert_eq!(found.map(|&face| given.at(face, Quantity::Reflectance, point(k))), (k != 5).then(|| values[k].clone()), "{k}");
+        assert_eq!(
+            found.map(|&face| given.at(face, Quantity::Reflectance, point(k))),
+            (k != 5).then(|| values[k].clone()),
+            "{k}"
+        );
     }
 }
 
 #[test]
 fn any_unit_and_any_place_give_the_same_pieces() {
-    let faces = [("wall", 0.0, board([0.0, 4.0], [0.0, 3.0])), ("window", 0.0, square(1.0, 2.5)), ("pane", 0.0, square(1.0, 1.5))];
+    let faces =
+        [("wall", 0.0, board([0.0, 4.0], [0.0, 3.0])), ("window", 0.0, square(1.0, 2.5)), ("pane", 0.0, square(1.0, 1.5))];
     let pieces = |by: &dyn Fn(f64) -> f64| {
         let mut given = scene(&faces, |at| flat(at).to_array().map(by).into());
         resolve(&mut given, 0.0, Overlaps::default()).unwrap();

@@ -104,7 +104,10 @@ fn faces_that_overlap_in_one_plane_are_refused_by_name() {
         let faces =
             [("lamp", true, reversed(level(-1.0, 2.0, 3.0))), ("floor", false, floor()), ("rug", false, level(0.25, 0.75, 0.0))];
         let error = Prepared::of(&scene(&faces.map(|(name, glows, outline)| (name, glows, moved(&outline, by))))).unwrap_err();
-        assert!(matches!(&error, Error::Overlap { pairs, .. } if pairs.iter().any(|pair| (pair.share - 1.0).abs() < 1e-9)), "{error}");
+        assert!(
+            matches!(&error, Error::Overlap { pairs, .. } if pairs.iter().any(|pair| (pair.share - 1.0).abs() < 1e-9)),
+            "{error}"
+        );
     }
 }
 
