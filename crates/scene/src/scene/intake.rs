@@ -262,7 +262,7 @@ impl Intake {
     pub(crate) fn finish(self) -> Result<Scene, Error> {
         let (budget, overlaps) = (Rc::clone(&self.budget), self.reading.overlaps);
         let place = self.place(Position::File);
-        let mut scene = self.as_given()?;
+        let mut scene = self.assembled()?;
         let count = scene.faces.len();
         let resolved = overlaps::resolve(&mut scene, 0.0, overlaps);
         resolved.map_err(|error| if error.place().is_none() { error.at(place) } else { error })?;
@@ -273,7 +273,7 @@ impl Intake {
     }
 
     /// The same with faces that overlap.
-    pub(crate) fn as_given(self) -> Result<Scene, Error> {
+    pub(crate) fn assembled(self) -> Result<Scene, Error> {
         if let Some(error) = self.overdrawn {
             return Err(error);
         }
