@@ -3,6 +3,7 @@
 use std::io::IsTerminal;
 use std::path::PathBuf;
 
+use clap::ValueEnum;
 use indicatif::{ProgressBar, ProgressStyle};
 use radgrad_scene::{Degenerate, Error, Materials, Overlaps, Reading, Scene};
 
@@ -27,29 +28,32 @@ pub(crate) struct SceneFile {
     /// Memory that reading may take, and so may points, grids and pictures: bytes, or a number with K, M or G.
     #[arg(long, value_name = "BYTES", default_value = "256M", value_parser = bytes)]
     pub(crate) budget: u64,
-    /// Faces that overlap in one plane: the larger one is cut around those that lie in it, a face that is there twice is left out once, and
-    /// faces that overlap in another way are refused (nested); the larger one is cut anyway (cut); all are refused (refuse).
-    #[arg(long, value_enum, value_name = "WHAT", default_value = "nested", hide_possible_values = true)]
-    overlaps: OverlapsArg,
+    /// What becomes of faces that overlap in one plane and face the same way.
+    #[arg(long, value_enum, value_name = "WHAT", default_value_t)]
+    overlaps: Overlapping,
     /// Read files that the scene names also where they lie outside its folder.
     #[arg(long)]
     allow_outside: bool,
 }
 
-/// [`Overlaps`] on the command line.
-#[derive(Debug, Clone, Copy, clap::ValueEnum)]
-enum OverlapsArg {
+/// What becomes of faces that overlap in one plane and face the same way.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+enum Overlapping {
+    /// Leave a second copy out, cut a face around those that lie in it, refuse the others.
+    #[default]
     Nested,
+    /// Cut the larger one, however they overlap.
     Cut,
+    /// Refuse all.
     Refuse,
 }
 
-impl From<OverlapsArg> for Overlaps {
-    fn from(overlaps: OverlapsArg) -> Self {
-        match overlaps {
-            OverlapsArg::Nested => Self::Nested,
-            OverlapsArg::Cut => Self::Cut,
-            OverlapsArg::Refuse => Self::Refuse,
+impl From<Overlapping> for Overlaps {
+    fn from(overlapping: Overlapping) -> Self {
+        match overlapping {
+            Overlapping::Nested => Self::Nested,
+            Overlapping::Cut => Self::Cut,
+            Overlapping::Refuse => Self::Refuse,
         }
     }
 }

@@ -75,6 +75,6 @@ impl Scene {
             let surface = intake.surface(&face.surface).map_err(|error| error.at(place.clone()))?;
             intake.add_face(surface, material, face.vertices, place)?;
         }
-        intake.as_given()
+        intake.assembled()
     }
 }

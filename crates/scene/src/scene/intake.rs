@@ -212,10 +212,12 @@ impl Intake {
     /// The scene, if it has faces; surfaces that got none are left out.
     pub(crate) fn finish(self) -> Result<Scene, Error> {
         let (budget, overlaps) = (Rc::clone(&self.budget), self.reading.overlaps);
-        let mut scene = self.as_given()?;
+        let place = self.place(Position::File);
+        let mut scene = self.assembled()?;
         let count = scene.faces.len();
         let rounding = scene.modelling.precision;
-        overlaps::resolve(&mut scene, rounding, overlaps)?;
+        let resolved = overlaps::resolve(&mut scene, rounding, overlaps);
+        resolved.map_err(|error| if error.place().is_none() { error.at(place) } else { error })?;
         let added = scene.faces.len().saturating_sub(count);
         budget.take_many("pieces of faces", added, size_of::<Face>() + 40 * size_of::<DVec3>())?;
         scene.leave_out_empty_surfaces();
@@ -223,7 +225,7 @@ impl Intake {
     }
 
     /// The same with faces that overlap.
-    pub(crate) fn as_given(self) -> Result<Scene, Error> {
+    pub(crate) fn assembled(self) -> Result<Scene, Error> {
         let place = self.place(Position::File);
         if let Some(error) = self.overdrawn {
             return Err(error);

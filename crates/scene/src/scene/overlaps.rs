@@ -89,6 +89,7 @@ struct Sheet<'a> {
     frame: Frame,
     /// Its outline, which need not be convex.
     whole: Part,
+    area: f64,
     perimeter: f64,
     /// The largest coordinate.
     largest: f64,
@@ -106,11 +107,7 @@ impl<'a> Sheet<'a> {
         let (perimeter, largest) = (whole.perimeter(), power * outline.iter().map(|v| v.abs().max_element()).fold(0.0, largest));
         let level = Level::new(largest, perimeter / whole.area());
         let is_convex = is_convex(&whole.corners);
-        Self { polygon, frame, whole, perimeter, largest, level, is_convex, parts: OnceCell::new() }
-    }
-
-    fn area(&self) -> f64 {
-        self.whole.area()
+        Self { polygon, frame, area: whole.area(), whole, perimeter, largest, level, is_convex, parts: OnceCell::new() }
     }
 
     /// Its convex parts in another plane.
@@ -177,7 +174,7 @@ impl<'a> Sheets<'a> {
         if a.frame.normal().dot(b.frame.normal()) <= 0.5 {
             return Relation::Apart;
         }
-        let (below, above) = if a.area() >= b.area() { (a, b) } else { (b, a) };
+        let (below, above) = if a.area >= b.area { (a, b) } else { (b, a) };
         let farthest = largest(a.largest, b.largest);
         let reach = a.perimeter + b.perimeter;
         let level = largest(a.level.at(reach), b.level.at(reach));
@@ -204,7 +201,7 @@ impl<'a> Sheets<'a> {
         if common.area <= by_doubles + 2.0 * self.rounding * common.perimeter {
             return Relation::Explained;
         }
-        let share = common.area / smallest(a.area(), b.area());
+        let share = common.area / smallest(a.area, b.area);
         Relation::Overlap(Pair { faces, area: common.area, at: common.at, share })
     }
 
@@ -216,8 +213,8 @@ impl<'a> Sheets<'a> {
             let sheet = &self.sheets[face];
             let reach = (4.0 * self.rounding + sheet.level.at(sheet.perimeter)) / self.power;
             let mut near = Vec::new();
-            index.around(face, reach, |other| near.push(other));
-            near.retain(|&other| other > face && self.scene.exchanges(other));
+            let counts = |other: usize| other > face && self.scene.exchanges(other);
+            index.around(face, reach, |other| near.extend(Some(other).filter(|&other| counts(other))));
             near.sort_unstable();
             for other in near {
                 let relation = self.relation([face, other]);
@@ -347,7 +344,7 @@ fn changes(sheets: &Sheets<'_>, found: &Found, rounding: f64, overlaps: Overlaps
 fn leave_out_doubles(sheets: &Sheets<'_>, pairs: &[Pair], changes: &mut Changes) {
     let scene = sheets.scene;
     for Pair { faces: [first, second], area, .. } in pairs.iter().copied() {
-        let is_all = |face: usize, other: usize| sheets.sheets[face].area() - area <= sheets.margin(face, other);
+        let is_all = |face: usize, other: usize| sheets.sheets[face].area - area <= sheets.margin(face, other);
         let is_gone = [first, second].iter().any(|face| changes.polygons.contains_key(face));
         if is_gone || !is_all(first, second) || !is_all(second, first) {
             continue;
@@ -372,13 +369,13 @@ impl Order {
     fn of(sheets: &Sheets<'_>, found: &Found, pairs: &[Pair]) -> Self {
         let mut areas = vec![0.0; found.wholes.len()];
         for (face, &whole) in found.wholes.iter().enumerate() {
-            areas[whole] += sheets.sheets[face].area();
+            areas[whole] += sheets.sheets[face].area;
         }
         // Areas that differ by less than a thousandth are one, or nearly always: then what emits and what comes first decide.
         let step = |area: f64| (1024.0 * libm::log2(area)).round();
         let key = |face: usize| {
             let dark = f64::from(u8::from(!sheets.emits(face)));
-            [step(areas[found.wholes[face]]), dark, step(sheets.sheets[face].area())]
+            [step(areas[found.wholes[face]]), dark, step(sheets.sheets[face].area)]
         };
         Self { keys: pairs.iter().flat_map(|pair| pair.faces).map(|face| (face, key(face))).collect() }
     }

@@ -4,5 +4,6 @@ mod closure;
 mod factors;
 mod files;
 mod hostile;
+mod overlaps;
 mod prepared;
 mod two_polygons;
