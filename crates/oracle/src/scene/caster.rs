@@ -1,4 +1,5 @@
-//! The first face that a ray meets.
+//! The first face that a ray meets. Of faces that it meets at one place, up to rounding, that is one that it meets from the front: two faces
+//! in one plane, back to back, are the two sides of a plate, and a ray meets the side that it comes to.
 
 use glam::DVec3;
 
@@ -20,6 +21,26 @@ pub(super) struct Caster {
 struct Plate {
     vertices: Vec<DVec3>,
     normal: DVec3,
+    /// Area over perimeter: so far from the vertices the plane is off by about as much as they are.
+    width: f64,
+}
+
+impl Plate {
+    fn new(face: &Face) -> Self {
+        let vertices = face.polygon.vertices().to_vec();
+        let perimeter: f64 = (0..vertices.len()).map(|i| (vertices[(i + 1) % vertices.len()] - vertices[i]).length()).sum();
+        Self { normal: face.polygon.normal(), width: face.polygon.area() / perimeter, vertices }
+    }
+
+    /// Height of a point over the plane.
+    fn height(&self, point: DVec3) -> f64 {
+        self.normal.dot(point - self.vertices[0])
+    }
+
+    /// Whether a point is in the plane, where the vertices are off by so much.
+    fn holds(&self, point: DVec3, slack: f64) -> bool {
+        self.height(point).abs() <= slack * (1.0 + (point - self.vertices[0]).length() / self.width)
+    }
 }
 
 /// The face that a ray met.
@@ -34,16 +55,11 @@ pub(super) struct Hit {
 
 impl Caster {
     pub(super) fn new(faces: &[Face]) -> Self {
-        let plates: Vec<Plate> = faces
-            .iter()
-            .map(|face| Plate { vertices: face.polygon.vertices().to_vec(), normal: face.polygon.normal() })
-            .collect();
+        let plates: Vec<Plate> = faces.iter().map(Plate::new).collect();
         let largest = plates.iter().flat_map(|plate| &plate.vertices).map(|v| v.abs().max_element()).fold(0.0, f64::max);
         let slack = LEVEL * largest;
-        let is_level = |a: &Plate, b: &Plate| {
-            b.vertices.iter().all(|v| a.normal.dot(*v - a.vertices[0]).abs() <= slack)
-                && a.vertices.iter().all(|v| b.normal.dot(*v - b.vertices[0]).abs() <= slack)
-        };
+        let is_level =
+            |a: &Plate, b: &Plate| b.vertices.iter().all(|v| a.holds(*v, slack)) && a.vertices.iter().all(|v| b.holds(*v, slack));
         let level = plates.iter().map(|a| plates.iter().map(|b| is_level(a, b)).collect()).collect();
         Self { plates, level, slack }
     }
@@ -58,27 +74,26 @@ impl Caster {
         self.level[a][b]
     }
 
-    /// The first face along `direction` from a point of face `from`.
+    /// The first face along `direction` from a point of face `from`: none in the plane of which that point is.
     pub(super) fn first(&self, from: usize, origin: DVec3, direction: DVec3) -> Option<Hit> {
         let shear = Shear::new(direction);
-        let mut best: Option<Hit> = None;
+        let [mut front, mut back]: [Option<Hit>; 2] = [None, None];
         for (face, plate) in self.plates.iter().enumerate() {
             if self.level[from][face] {
                 continue;
             }
             let advance = plate.normal.dot(direction);
-            let at = plate.normal.dot(plate.vertices[0] - origin) / advance;
+            let at = -plate.height(origin) / advance;
+            let best = if advance < 0.0 { &mut front } else { &mut back };
             // Also false where the ray is in the plane and the quotient is not a number.
-            let nearer = match best {
-                None => at > 0.0,
-                Some(hit) if self.level[hit.face][face] => at > 0.0 && !hit.front,
-                Some(hit) => at > 0.0 && at < hit.at,
-            };
-            if nearer && shear.meets(origin, &plate.vertices) {
-                best = Some(Hit { face, at, front: advance < 0.0 });
+            let nearer = at > 0.0 && best.is_none_or(|hit| at < hit.at);
+            if nearer && !plate.holds(origin, self.slack) && shear.meets(origin, &plate.vertices) {
+                *best = Some(Hit { face, at, front: advance < 0.0 });
             }
         }
-        best
+        let (Some(hit), Some(behind)) = (front, back) else { return front.or(back) };
+        let is_there = || self.plates[behind.face].holds(origin + direction * hit.at, self.slack);
+        if hit.at <= behind.at || is_there() { front } else { back }
     }
 
     /// Whether nothing is between a point of face `from` and a point of face `to`.
@@ -89,8 +104,9 @@ impl Caster {
             if face == from || face == to || self.level[from][face] || self.level[to][face] {
                 return false;
             }
-            let at = plate.normal.dot(plate.vertices[0] - origin) / plate.normal.dot(direction);
-            at > 0.0 && at < 1.0 && shear.meets(origin, &plate.vertices)
+            let at = -plate.height(origin) / plate.normal.dot(direction);
+            let is_between = at > 0.0 && at < 1.0 && ![origin, end].iter().any(|point| plate.holds(*point, self.slack));
+            is_between && shear.meets(origin, &plate.vertices)
         };
         !self.plates.iter().enumerate().any(blocks)
     }
@@ -173,6 +189,51 @@ mod tests {
             for (from, z, up) in [(0, 0.0, 1.0), (3, 2.0, -1.0)] {
                 let hit = caster.first(from, DVec3::new(0.3, 0.6, z), DVec3::new(0.1, 0.05, up)).unwrap();
                 assert!(hit.front && (hit.face == 1 || hit.face == 2), "{hit:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_plate_of_many_faces_turned_anyhow_has_two_sides() {
+        let mut random = 1_u64;
+        let mut uniform = || {
+            random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            2.0 * (random >> 11) as f64 / (1_u64 << 53) as f64 - 1.0
+        };
+        for _ in 0..6 {
+            let turn = glam::DQuat::from_xyzw(uniform(), uniform(), uniform(), uniform()).normalize();
+            let shift = DVec3::new(uniform(), uniform(), uniform()) * 9.0;
+            let place = |x: f64, y: f64, z: f64| turn * DVec3::new(x, y, z) + shift;
+            // The upper side in squares, the lower one in others.
+            let side = |count: u32, up: bool| {
+                let at = move |k: u32| 2.0 * f64::from(k) / f64::from(count) - 1.0;
+                (0..count * count).map(move |k| {
+                    let (i, j) = (k / count, k % count);
+                    let mut corners = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)].map(|(i, j)| place(at(i), at(j), 0.0));
+                    if !up {
+                        corners.reverse();
+                    }
+                    face(&corners.map(|corner| corner.to_array()))
+                })
+            };
+            let wall =
+                |z: f64| face(&[(-2.0, -2.0), (2.0, -2.0), (2.0, 2.0), (-2.0, 2.0)].map(|(x, y)| place(x, y, z).to_array()));
+            let faces: Vec<Face> = side(23, true).chain(side(22, false)).chain([wall(3.0), wall(-3.0)]).collect();
+            let (caster, upper, count) = (Caster::new(&faces), 23 * 23, faces.len());
+            assert!(count > 1000);
+            for _ in 0..300 {
+                let [x, y] = [uniform(), uniform()];
+                for up in [true, false] {
+                    let (from, z) = if up { (count - 2, 3.0) } else { (count - 1, -3.0) };
+                    let origin = place(1.9 * uniform(), 1.9 * uniform(), z);
+                    let end = place(x, y, 0.0);
+                    let hit = caster.first(from, origin, end - origin).unwrap();
+                    assert!(hit.front && (hit.face < upper) == up && (hit.at - 1.0).abs() < 1e-12, "{hit:?}");
+                    assert!(caster.is_clear([from, hit.face], origin, end));
+                    // And from there the wall, past all faces of either side.
+                    let hit = caster.first(hit.face, end, origin - end).unwrap();
+                    assert_eq!(hit.face, from);
+                }
             }
         }
     }
