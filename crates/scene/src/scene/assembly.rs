@@ -12,7 +12,7 @@ use super::intake::{Given, take_face};
 use super::{Degenerate, Note, Outline, Scene, keyhole, split};
 use crate::occluders::perimeter;
 use crate::reading::Budget;
-use crate::{Error, Place, largest};
+use crate::{Error, Place, largest, smallest};
 
 /// The part of a scene that faces are added to.
 #[derive(Debug)]
@@ -58,11 +58,13 @@ impl Assembly<'_> {
                 welded.keep(index, &kept);
             }
         }
+        let widths: Vec<f64> = (0..given.len()).map(|face| welded.width(face)).collect();
         welded.flatten(rounding);
         for (index, face) in given.into_iter().enumerate() {
             let Given { surface, material, mut outline, place } = face;
             let from = std::mem::replace(&mut outline.vertices, welded.outline(index));
-            let (around, width) = (perimeter(&outline.vertices), welded.width(index));
+            // As given, and as it is now.
+            let (around, width) = (perimeter(&outline.vertices), smallest(widths[index], 2.0 * welded.width(index)));
             if outline.vertices.len() < 3 || width < rounding {
                 let reason = || Polygon::new(outline.vertices.clone()).err();
                 left_out.add(&place, reason);

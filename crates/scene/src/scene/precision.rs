@@ -5,7 +5,9 @@
 //!
 //! - Single precision: each number is an f32 printed to so many digits, and numbers that are none would pass for that by a chance
 //!   below 1 in 1000: a number whose last digit is u passes by u / s, with s the distance of f32 there. Of numbers with up to seven
-//!   digits nearly all pass, so they say nothing. q = 2^-24 times the largest coordinate (half a unit in the last place).
+//!   digits nearly all pass, so they say nothing of themselves; but of numbers that are typed few have as many as seven, and where 60 % of
+//!   eight or more have, all pass, and none has more than nine, they are shortest prints. q = 2^-24 times the largest coordinate (half a
+//!   unit in the last place).
 //! - Decimals, d of them (0 or fewer of whole numbers): of at least eight different numbers with four or more significant digits,
 //!   60 % have a d-th decimal that is not zero; 90 % of numbers with random digits have. Or every number is written with the same d
 //!   of at least five decimals, as `%.6f` does. q = 10^-d / 2.
@@ -82,6 +84,8 @@ pub(crate) struct WrittenPrecision {
     /// The most decimals of a number, and how many of the long ones have them.
     decimals: Option<i16>,
     with_decimals: usize,
+    /// How many have the digits of a single number, seven and more.
+    with_seven: usize,
     /// The most significant digits of a number, and how many have them.
     significant: u16,
     with_significant: usize,
@@ -100,6 +104,7 @@ impl WrittenPrecision {
             chance: 1.0,
             any_double: false,
             long: 0,
+            with_seven: 0,
             decimals: None,
             with_decimals: 0,
             significant: 0,
@@ -152,13 +157,20 @@ impl WrittenPrecision {
 
     /// The rounding q of the file's coordinates; 0 where none is seen.
     pub(crate) fn rounding(&self) -> f64 {
-        let single = if self.all_single && self.chance < 1e-3 { self.largest / f64::from(1 << 24) } else { 0.0 };
+        let is_printed = self.significant <= 9 && self.do_most(self.with_seven);
+        let is_single = self.all_single && (self.chance < 1e-3 || is_printed);
+        let single = if is_single { self.largest / f64::from(1 << 24) } else { 0.0 };
         let decimal = if self.any_double { 0.0 } else { self.decimal() };
         largest(self.known, largest(single, decimal))
     }
 
+    /// Whether so many are most of the numbers with random digits, and those many enough.
+    const fn do_most(&self, having: usize) -> bool {
+        self.long >= 8 && 5 * having >= 3 * self.long
+    }
+
     fn decimal(&self) -> f64 {
-        let most = |having: usize| self.long >= 8 && 5 * having >= 3 * self.long;
+        let most = |having: usize| self.do_most(having);
         let unit = match (self.decimals, self.fixed) {
             (Some(decimals), _) if most(self.with_decimals) => i32::from(decimals),
             (_, Some(Some(fixed))) if fixed >= 5 => i32::from(fixed),
@@ -188,6 +200,7 @@ impl WrittenPrecision {
         self.any_double |= digits.significant >= DOUBLE && !is_single;
         let long = usize::from(digits.significant >= LONG);
         self.long += long;
+        self.with_seven += usize::from(digits.significant >= 7);
         if self.decimals.is_none_or(|most| digits.decimals > most) {
             (self.decimals, self.with_decimals) = (Some(digits.decimals), 0);
         }
@@ -308,6 +321,9 @@ mod tests {
             let found = rounding(singles().map(print));
             assert!((found - q).abs() < 1e-8 * q, "{found:e} of {q:e}, {}", print(largest));
         }
+        // Prints of eight digits near 100 are farther apart than singles: each may be one.
+        let near = || random(30.0).map(|x| f64::from(to_single(x + 64.0)));
+        assert!((rounding(near().map(|x| (to_single(x)).to_string())) - near().fold(0.0, largest) / 16_777_216.0).abs() < 1e-12);
         // One that is none.
         assert_eq!(rounding(singles().map(|x| x.to_string()).chain(["0.1".to_owned(), "0.12345678912".to_owned()])), 0.0);
         let wall = ["7200", "5600", "2", "7207.41162", "5605.10596", "3.22960377", "12"];

@@ -21,6 +21,13 @@ const KNOWN: f64 = 1e-3;
 /// Cells of normals, and of distances over the extent.
 const CELL: f64 = 4.0 * KNOWN;
 
+/// The directions of faces that are narrower than this many roundings are not known: such a face is on a plane only with faces that share all of
+/// its vertices.
+const NEEDLE: f64 = 4.0;
+
+/// Faces at a vertex, beyond which they are not taken for neighbours by it: of a fan, those beside each other share another vertex.
+const HUB: usize = 64;
+
 /// Of planes whose normals differ from the span of those before by less than this, rounding decides where they meet.
 const PARALLEL: f64 = 0.1;
 
@@ -39,6 +46,8 @@ struct Plane {
     base: [DVec3; 3],
     faces: Vec<usize>,
     vertices: BTreeSet<usize>,
+    /// Whether its faces have more vertices than a plane needs.
+    asks: bool,
 }
 
 impl Plane {
@@ -121,58 +130,46 @@ pub(super) struct Planes {
 impl Planes {
     /// The planes of faces, each given by its vertices, around the middle of all of them.
     pub(super) fn of(positions: &[DVec3], faces: &[Vec<usize>], rounding: f64) -> Self {
-        let outline = |face: &usize| -> Vec<DVec3> { faces[*face].iter().map(|&vertex| positions[vertex]).collect() };
-        let mut order: Vec<(usize, f64)> = (0..faces.len()).map(|face| (face, width(&outline(&face)))).collect();
-        order.retain(|(_, width)| *width > 0.0);
-        order.sort_by(|a, b| b.1.total_cmp(&a.1));
-        let mut planes = Self::default();
+        let outline = |face: &Vec<usize>| -> Vec<DVec3> { face.iter().map(|&vertex| positions[vertex]).collect() };
+        let widths: Vec<f64> = faces.iter().map(|face| width(&outline(face))).collect();
+        let mut order: Vec<usize> = (0..faces.len()).filter(|&face| widths[face] > 0.0).collect();
+        order.sort_by(|&a, &b| widths[b].total_cmp(&widths[a]));
+        let junctions = junctions(positions, faces, rounding);
+        let touching = touching(faces, &junctions);
+        let extent = 2.0 * positions.iter().map(|v| v.abs().max_element()).fold(0.0, largest);
+        let (planes, by_face, by_normal) = (Vec::new(), HashMap::new(), HashMap::new());
+        let (widths, touching) = (&widths, &touching);
+        let mut shared = Shared { positions, faces, widths, touching, rounding, lever: 0.0, extent, planes, by_face, by_normal };
         for lever in LEVERS {
-            let mut shared = Shared::among(positions, faces, rounding, lever);
-            order.iter().for_each(|&(face, width)| shared.add(face, width));
-            let mut left_out = BTreeSet::new();
-            for mut plane in shared.planes {
-                plane.fit(positions);
-                left_out.extend(plane.leave_out(positions, faces, rounding));
-                planes.planes.push(plane);
-            }
-            order.retain(|(face, _)| left_out.contains(face));
+            shared.lever = lever;
+            order.iter().for_each(|&face| shared.add(face));
+            let left_out = shared.fit();
+            order.retain(|face| left_out.contains(face));
         }
-        planes.join(positions, faces, rounding);
+        let mut planes = Self { planes: shared.planes };
+        planes.join(positions, &junctions, rounding);
         planes
     }
 
-    /// Puts vertices that lie on an edge of another face, between its ends, onto the plane of that face too: where a wall ends in another
-    /// one, its vertices are on that one.
-    fn join(&mut self, positions: &[DVec3], faces: &[Vec<usize>], rounding: f64) {
-        let on_plane =
-            self.planes.iter().enumerate().flat_map(|(place, plane)| plane.faces.iter().map(move |&face| (place, face)));
-        let edges: Vec<(usize, [usize; 2])> = on_plane
-            .flat_map(|(place, face)| {
-                let vertices = &faces[face];
-                (0..vertices.len()).map(move |i| (place, [vertices[i], vertices[(i + 1) % vertices.len()]]))
-            })
-            .collect();
-        let tree = Tree::over(&edges.iter().map(|(_, ends)| Bounds::of(&ends.map(|end| positions[end]))).collect::<Vec<_>>());
-        for (vertex, &position) in positions.iter().enumerate() {
-            let reach = DVec3::splat(BESIDE * rounding);
-            let around = Bounds { low: position - reach, high: position + reach };
-            tree.near(&around, |edge| {
-                let (place, ends) = edges[edge];
-                let plane = &mut self.planes[place];
-                if !plane.vertices.contains(&vertex)
-                    && plane.holds(position, rounding, 1.0)
-                    && is_beside(position, ends.map(|end| positions[end]), BESIDE * rounding)
-                {
-                    plane.vertices.insert(vertex);
-                }
-            });
+    /// Puts vertices that lie on an edge of another face onto the plane of that face too: where a wall ends in another one, its vertices
+    /// are on that one.
+    fn join(&mut self, positions: &[DVec3], junctions: &[(usize, usize)], rounding: f64) {
+        let mut plane_of: HashMap<usize, usize> = HashMap::new();
+        for (place, plane) in self.planes.iter().enumerate() {
+            plane_of.extend(plane.faces.iter().map(|&face| (face, place)));
+        }
+        for &(vertex, face) in junctions {
+            let plane = plane_of.get(&face).map(|&place| &mut self.planes[place]);
+            if let Some(plane) = plane.filter(|plane| plane.holds(positions[vertex], rounding, 1.0)) {
+                plane.vertices.insert(vertex);
+            }
         }
     }
 
     /// The motions of vertices onto their planes: of those that are off one by more than `flat`.
     pub(super) fn settle(&self, positions: &[DVec3], flat: f64, rounding: f64) -> Vec<(usize, DVec3)> {
         let mut on: HashMap<usize, Vec<&Plane>> = HashMap::new();
-        for plane in self.planes.iter().filter(|plane| plane.vertices.len() > 3) {
+        for plane in self.planes.iter().filter(|plane| plane.asks) {
             plane.vertices.iter().for_each(|&vertex| on.entry(vertex).or_default().push(plane));
         }
         let mut moved: Vec<(usize, DVec3)> = Vec::new();
@@ -196,60 +193,113 @@ impl Planes {
 struct Shared<'a> {
     positions: &'a [DVec3],
     faces: &'a [Vec<usize>],
+    widths: &'a [f64],
+    /// The faces that share a vertex with each face, or end on an edge of it, or where it ends.
+    touching: &'a [Vec<usize>],
     rounding: f64,
     lever: f64,
     extent: f64,
     planes: Vec<Plane>,
-    by_vertex: HashMap<usize, Vec<usize>>,
+    by_face: HashMap<usize, usize>,
     by_normal: HashMap<[i64; 4], Vec<usize>>,
 }
 
-impl<'a> Shared<'a> {
-    fn among(positions: &'a [DVec3], faces: &'a [Vec<usize>], rounding: f64, lever: f64) -> Self {
-        let extent = 2.0 * positions.iter().map(|v| v.abs().max_element()).fold(0.0, largest);
-        let (planes, by_vertex, by_normal) = (Vec::new(), HashMap::new(), HashMap::new());
-        Self { positions, faces, rounding, lever, extent, planes, by_vertex, by_normal }
-    }
-
-    /// Adds a face of this width to a plane that all of it is on, or to one of its own.
-    fn add(&mut self, face: usize, width: f64) {
-        let vertices = &self.faces[face];
-        let points: Vec<DVec3> = vertices.iter().map(|&vertex| self.positions[vertex]).collect();
-        let Some((normal, base)) = widest_triangle(&points) else { return };
-        let is_known = self.rounding <= KNOWN * width;
-        let mut near: Vec<usize> = vertices.iter().filter_map(|vertex| self.by_vertex.get(vertex)).flatten().copied().collect();
-        if is_known {
-            for key in keys(normal, points[0], self.extent, true) {
+impl Shared<'_> {
+    /// Adds a face to a plane that all of it is on, or to one of its own, and then those that touch it and what touches these, the widest
+    /// first, while they are on it.
+    fn add(&mut self, face: usize) {
+        let Some((normal, base)) = (!self.by_face.contains_key(&face)).then(|| widest_triangle(&self.points(face))).flatten()
+        else {
+            return;
+        };
+        let origin = self.positions[self.faces[face][0]];
+        let mut near: Vec<usize> = self.touching[face].iter().filter_map(|other| self.by_face.get(other)).copied().collect();
+        if self.is_known(face) {
+            for key in keys(normal, origin, self.extent, true) {
                 near.extend(self.by_normal.get(&key).into_iter().flatten());
             }
         }
-        near.sort_unstable();
-        near.dedup();
-        let holds_all = |plane: &Plane| {
-            (!is_known || 1.0 - plane.normal.dot(normal).abs() <= KNOWN)
-                && points.iter().all(|&point| plane.holds(point, self.rounding, self.lever))
-        };
-        let place = near.into_iter().find(|&plane| holds_all(&self.planes[plane])).unwrap_or_else(|| {
-            self.planes.push(Plane { origin: points[0], normal, base, faces: Vec::new(), vertices: BTreeSet::new() });
+        let place = near.into_iter().find(|&place| self.is_on(face, place)).unwrap_or_else(|| {
+            let (faces, vertices, asks) = (Vec::new(), BTreeSet::new(), false);
+            self.planes.push(Plane { origin, normal, base, faces, vertices, asks });
             let place = self.planes.len() - 1;
-            keys(normal, points[0], self.extent, false)
-                .into_iter()
-                .for_each(|key| self.by_normal.entry(key).or_default().push(place));
+            for key in keys(normal, origin, self.extent, false) {
+                self.by_normal.entry(key).or_default().push(place);
+            }
             place
         });
+        self.put(face, place);
+        let by_width = |face: usize| (Ordered(self.widths[face]), face);
+        let mut open: BTreeSet<(Ordered, usize)> = self.touching[face].iter().map(|&other| by_width(other)).collect();
+        while let Some((width, face)) = open.pop_last() {
+            if width.0 > 0.0 && !self.by_face.contains_key(&face) && self.is_on(face, place) {
+                self.put(face, place);
+                open.extend(self.touching[face].iter().map(|&other| (Ordered(self.widths[other]), other)));
+            }
+        }
+    }
+
+    /// Fits all planes, and returns the faces that are on none then.
+    fn fit(&mut self) -> BTreeSet<usize> {
+        let mut left_out = BTreeSet::new();
+        for plane in &mut self.planes {
+            plane.fit(self.positions);
+            left_out.extend(plane.leave_out(self.positions, self.faces, self.rounding));
+            plane.asks = plane.vertices.len() > 3;
+        }
+        self.by_face.retain(|face, _| !left_out.contains(face));
+        left_out
+    }
+
+    fn points(&self, face: usize) -> Vec<DVec3> {
+        self.faces[face].iter().map(|&vertex| self.positions[vertex]).collect()
+    }
+
+    /// Whether the direction of a face is known well enough to look for planes by it.
+    fn is_known(&self, face: usize) -> bool {
+        self.rounding <= KNOWN * self.widths[face]
+    }
+
+    /// Whether rounding explains that a face is not on a plane.
+    fn is_on(&self, face: usize, place: usize) -> bool {
+        let (plane, points) = (&self.planes[place], self.points(face));
+        let is_needle = self.widths[face] < NEEDLE * self.rounding;
+        let turned = |normal: DVec3| 1.0 - plane.normal.dot(normal).abs();
+        (!is_needle || self.faces[face].iter().all(|vertex| plane.vertices.contains(vertex)))
+            && (!self.is_known(face) || widest_triangle(&points).is_some_and(|(normal, _)| turned(normal) <= KNOWN))
+            && points.iter().all(|&point| plane.holds(point, self.rounding, self.lever))
+    }
+
+    fn put(&mut self, face: usize, place: usize) {
+        self.by_face.insert(face, place);
         let plane = &mut self.planes[place];
         plane.faces.push(face);
         let mut is_wider = false;
-        for (&vertex, &point) in vertices.iter().zip(&points) {
-            if plane.vertices.insert(vertex) {
-                is_wider |= plane.widen(point);
-                self.by_vertex.entry(vertex).or_default().push(place);
-            }
+        for &vertex in &self.faces[face] {
+            is_wider |= plane.vertices.insert(vertex) && plane.widen(self.positions[vertex]);
         }
         // What is far apart tells the plane better.
         if is_wider {
             plane.fit(self.positions);
         }
+    }
+}
+
+/// A width, which is a number.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Ordered(f64);
+
+impl Eq for Ordered {}
+
+impl PartialOrd for Ordered {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Ordered {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        self.0.total_cmp(&other.0)
     }
 }
 
@@ -272,6 +322,47 @@ fn onto(planes: &[&Plane], position: DVec3) -> DVec3 {
         }
     }
     motion
+}
+
+/// Vertices that lie on an edge of a face, between its ends, and that face.
+fn junctions(positions: &[DVec3], faces: &[Vec<usize>], rounding: f64) -> Vec<(usize, usize)> {
+    let edges_of = |(face, vertices): (usize, &'_ Vec<usize>)| {
+        (0..vertices.len()).map(|i| (face, [vertices[i], vertices[(i + 1) % vertices.len()]])).collect::<Vec<_>>()
+    };
+    let edges: Vec<(usize, [usize; 2])> = faces.iter().enumerate().flat_map(edges_of).collect();
+    let ends = |edge: usize| edges[edge].1.map(|end| positions[end]);
+    let tree = Tree::over(&(0..edges.len()).map(|edge| Bounds::of(&ends(edge))).collect::<Vec<_>>());
+    let reach = BESIDE * rounding;
+    let mut junctions = Vec::new();
+    for (vertex, &position) in positions.iter().enumerate() {
+        let around = Bounds { low: position - DVec3::splat(reach), high: position + DVec3::splat(reach) };
+        tree.near(&around, |edge| {
+            if !edges[edge].1.contains(&vertex) && is_beside(position, ends(edge), reach) {
+                junctions.push((vertex, edges[edge].0));
+            }
+        });
+    }
+    junctions
+}
+
+/// The faces that share a vertex with each face, or meet it at a junction.
+fn touching(faces: &[Vec<usize>], junctions: &[(usize, usize)]) -> Vec<Vec<usize>> {
+    let mut of_vertex: HashMap<usize, Vec<usize>> = HashMap::new();
+    let corners = faces.iter().enumerate().flat_map(|(face, vertices)| vertices.iter().map(move |&vertex| (vertex, face)));
+    for (vertex, face) in corners.chain(junctions.iter().copied()) {
+        of_vertex.entry(vertex).or_default().push(face);
+    }
+    let mut touching = vec![Vec::new(); faces.len()];
+    for around in of_vertex.values().filter(|around| around.len() <= HUB) {
+        for &face in around {
+            touching[face].extend(around.iter().filter(|&&other| other != face));
+        }
+    }
+    for around in &mut touching {
+        around.sort_unstable();
+        around.dedup();
+    }
+    touching
 }
 
 /// Whether a point is within a distance of the inside of a segment.
