@@ -24,7 +24,7 @@ use crate::view::{self, View};
 pub(crate) struct Request {
     #[command(flatten)]
     scene: SceneFile,
-    /// Make no reflectance larger than this, in any channel: no bound exists where faces reflect all light, as white ones in glTF do.
+    /// Make no reflectance larger than this, in any channel.
     #[arg(long, value_name = "SHARE", value_parser = reflectance)]
     max_reflectance: Option<f64>,
     /// Estimate of the error of the mean radiosity over the mean that is reflected, at most: a percentage or a fraction [default: 0.1%;
@@ -198,11 +198,6 @@ pub(crate) enum Failure {
     #[error("{}: cannot read: {source}", file.display())]
     Read { file: PathBuf, source: io::Error },
     #[error(
-        "{place}material `{material}` reflects all light in channel `{channel}`: no bound exists, so give it less, or cap it \
-             with --max-reflectance 0.95"
-    )]
-    White { place: String, material: String, channel: String },
-    #[error(
         "--divide shadows cannot go on from a file of --resume, which has divisions and not the cuts before them: leave one of them out"
     )]
     Cut,
@@ -248,7 +243,7 @@ pub(crate) fn run(request: &Request, mut output: impl Write) -> Result<bool, Fai
     }
 
     let served = served(request, &scene, points.as_ref())?;
-    let solution = solved(request, &scene, (&served, points.as_ref()), start, out).map_err(|failure| named(failure, &scene))?;
+    let solution = solved(request, &scene, (&served, points.as_ref()), start, out)?;
     let seconds = start.elapsed().as_secs_f64();
     solution.warnings().iter().for_each(say);
     request.view.write(&solution)?;
@@ -374,15 +369,6 @@ fn solved(
         write_whole(file, |output| format.write(&solution, scene, output))?;
     }
     Ok(solution)
-}
-
-/// What the solver says of a face by its index, by the face's place and its material.
-fn named(failure: Failure, scene: &Scene) -> Failure {
-    let Failure::Solve(radgrad_solver::Error::Lossless { channel, face }) = &failure else { return failure };
-    let Some(face) = scene.faces().get(*face) else { return failure };
-    let place = face.place().map_or_else(String::new, |place| format!("{place}: "));
-    let (material, channel) = (scene.materials()[face.material()].name().to_owned(), channel.clone());
-    Failure::White { place, material, channel }
 }
 
 /// `0.5%` or `0.005`.

@@ -84,7 +84,7 @@ impl fmt::Display for Summary {
         let asked = at_most.unwrap_or(*error);
         let [estimate, bound, asked] = [*estimate, *bound, asked].map(|share| 100.0 * share);
         let what = if at_most.is_some() { "a bound" } else { "an estimate" };
-        let proven = if bound.is_finite() { format!("proven at most {bound:.3} %") } else { "nothing proven in time".to_owned() };
+        let proven = if bound.is_finite() { format!("proven at most {bound:.3} %") } else { "nothing proven".to_owned() };
         writeln!(f, "error of the mean: estimated {estimate:.3} %, {proven}; {what} of {asked:.3} % asked for\n")?;
         let names = || self.channels.iter().map(|channel| printable(&channel.name));
         let width = names().map(|name| name.chars().count()).max().unwrap_or(0).max("channel".len());

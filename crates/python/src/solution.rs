@@ -269,14 +269,5 @@ fn of_irradiance(found: Irradiance) -> [Vec<f64>; 3] {
 
 fn run(scene: &Scene, options: &Options, mut watch: impl FnMut(&Progress) -> bool) -> Result<Solution, String> {
     radgrad_scene::check_host().map_err(|error| error.to_string())?;
-    solve(scene, options, |solution| watch(solution.progress())).map_err(|error| match error {
-        radgrad_solver::Error::Lossless { channel, face } => {
-            let material = scene.faces().get(face).map_or("", |face| scene.materials()[face.material()].name());
-            format!(
-                "material `{material}` reflects all light in channel `{channel}`: no bound exists, so give it less, or cap it with \
-                 scene.capped(0.95)"
-            )
-        }
-        error => error.to_string(),
-    })
+    solve(scene, options, |solution| watch(solution.progress())).map_err(|error| error.to_string())
 }

@@ -239,9 +239,8 @@ impl Scene {
         material.set_texture(quantity, texture.into(), channels)
     }
 
-    /// Makes no reflectance larger than `most`, with a [`Note`] for each material that had a larger one: of a scene whose faces
-    /// reflect all light, as plain white ones do in glTF, no bound exists. A material with a texture is darkened as a whole, so
-    /// that the texture's largest value is `most`.
+    /// Makes no reflectance larger than `most`, with a [`Note`] for each material that had a larger one. A material with a texture is
+    /// darkened as a whole, so that the texture's largest value is `most`.
     ///
     /// ```
     /// use radgrad_scene::Scene;

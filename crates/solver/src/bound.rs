@@ -35,6 +35,7 @@ use crate::bound::ledger::Ledger;
 use crate::bound::point::Points;
 use crate::bound::residual::Residuals;
 use crate::bound::scene::Scene;
+use crate::error::Error;
 use crate::mesh::Mesh;
 
 /// Bounds for each channel.
@@ -53,14 +54,16 @@ pub(crate) struct Bounds {
 }
 
 impl Bounds {
-    /// Bounds on the error all over the mesh, from what direct and reflected light leave out; `None` if none was found, as
-    /// where light cannot be lost.
-    pub(crate) fn of(scene: Scene<'_>, residuals: [Residuals; 2]) -> Option<Self> {
+    /// Bounds on the error all over the mesh, from what direct and reflected light leave out.
+    ///
+    /// # Errors
+    /// If light does not settle.
+    pub(crate) fn of(scene: Scene<'_>, residuals: [Residuals; 2]) -> Result<Self, Error> {
         let receives = scene.receives();
         let seen = scene.seen(&receives);
         let importance = importance::of(scene, &receives, &seen)?;
         let mean::Mean { mean, shares, weights } = mean::of(scene, &residuals, &seen, &importance);
-        Some(Self { mean, residuals, weights, shares, points: OnceLock::new() })
+        Ok(Self { mean, residuals, weights, shares, points: OnceLock::new() })
     }
 
     /// Bounds at points.

@@ -102,13 +102,28 @@ pub enum Error {
         /// Its value.
         value: f64,
     },
-    /// Light does not lose energy on its way, so that no bound exists.
-    #[error("channel {channel} has a reflectance of 1 on face {face}: the bound needs less than 1 everywhere")]
+    /// Light is emitted where it is never lost, so that there is no solution.
+    #[error(
+        "in channel {channel} light is emitted inside of {} and never lost: all of these reflect 1, and nothing else is in there; give one of \
+         them a reflectance below 1, or open the space that they enclose",
+        named(surfaces)
+    )]
     Lossless {
         /// The channel.
         channel: String,
-        /// Index of the face, from 0.
-        face: usize,
+        /// Names of the surfaces around the closed space.
+        surfaces: Vec<String>,
+    },
+    /// Light was reflected again and again, and did not settle.
+    #[error(
+        "light does not settle: after {sweeps} sweeps it still changes by {change:e} of its mean in each; where hardly any is lost nothing is \
+         known of it, so give faces that reflect all light a reflectance below 1"
+    )]
+    Unsettled {
+        /// How often all elements gathered.
+        sweeps: usize,
+        /// Change by the last sweep over the mean radiosity.
+        change: f64,
     },
     /// A point is on no face.
     #[error("no face at {position} faces along {normal}: the point must be within {reach:e} of one")]
@@ -120,6 +135,15 @@ pub enum Error {
         /// The distance allowed.
         reach: f64,
     },
+}
+
+/// Names of surfaces that are named in a sentence.
+const MOST_NAMES: usize = 8;
+
+fn named(surfaces: &[String]) -> String {
+    let names: Vec<String> = surfaces.iter().take(MOST_NAMES).map(|name| format!("`{name}`")).collect();
+    let rest = surfaces.len().saturating_sub(MOST_NAMES);
+    if rest > 0 { format!("{} and {rest} more surfaces", names.join(", ")) } else { format!("surfaces {}", names.join(", ")) }
 }
 
 impl Error {

@@ -5,6 +5,7 @@
 //! radiosity, and a bound on the difference between the leaves' radiosity and the element's polynomial.
 
 use radgrad_scene::{largest, smallest};
+pub(crate) mod acceleration;
 pub(crate) mod gathering;
 pub(crate) mod order;
 

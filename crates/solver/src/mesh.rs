@@ -229,12 +229,15 @@ impl Mesh {
         self.clusters = Clusters::always_over(&self.elements[..self.roots.len()]);
     }
 
+    /// The face that a ray meets first, of faces but for one, and where; nothing if it meets that from behind.
+    pub(crate) fn front_met(&self, from: DVec3, toward: DVec3, leave_out: Option<usize>) -> Option<(usize, DVec3)> {
+        let met = self.index.first_along(from, toward, leave_out.as_slice());
+        met.filter(|(face, _)| self.polygons[*face].normal().dot(toward) < 0.0)
+    }
+
     /// The cluster of the one element that a ray meets first, of faces but for one; nothing if it meets that from behind.
     pub(crate) fn met(&self, from: DVec3, toward: DVec3, leave_out: Option<usize>) -> Option<usize> {
-        let (face, point) = self.index.first_along(from, toward, leave_out.as_slice())?;
-        if self.polygons[face].normal().dot(toward) >= 0.0 {
-            return None;
-        }
+        let (face, point) = self.front_met(from, toward, leave_out)?;
         let excess = |root: &usize| self.elements[*root].excess(self.elements[*root].reference(point));
         let nearest = self.roots_of_face[face].iter().min_by(|a, b| excess(a).total_cmp(&excess(b)));
         nearest.map(|&root| self.clusters.single(root))
@@ -258,6 +261,11 @@ impl Mesh {
         };
         let (area, sum) = self.roots.iter().fold((0.0, 0.0), sum);
         sum / area
+    }
+
+    /// Whether a face exchanges light; else it only hides others.
+    pub(crate) fn exchanges(&self, face: usize) -> bool {
+        self.exchanges[face]
     }
 
     /// Whether no face only hides others.

@@ -36,6 +36,7 @@ mod sweep;
 #[cfg(test)]
 mod tests;
 mod wedge;
+mod white;
 
 use std::sync::OnceLock;
 use std::time::Duration;
@@ -137,8 +138,8 @@ const MOST_GROWTH: f64 = 2.0;
 /// ```
 ///
 /// # Errors
-/// If the error asked for is not in (0, 1], the scene is refused as in [`Prepared::of`], a face cannot be cut into elements, light is not lost, so that no bound
-/// exists, or a radiosity is beyond the range of a double.
+/// If the error asked for is not in (0, 1], the scene is refused as in [`Prepared::of`], a face cannot be cut into elements, light is emitted where it is
+/// never lost or does not settle, or a radiosity is beyond the range of a double.
 pub fn solve<N: Into<Next>>(scene: &Scene, options: &Options, watch: impl FnMut(&Solution) -> N) -> Result<Solution, Error> {
     solve_from(scene, options, &[], watch)
 }
@@ -267,7 +268,7 @@ pub(crate) fn solve_on<N: Into<Next>>(
             };
         if !goes_on {
             solution.end_service();
-            solution.progress.bound = solution.prove()?;
+            solution.progress.bound = solution.prove();
             solution.finite()?;
             // Who asks for a point has time for it.
             (solution.precise, solution.late) = (clock, clock);
@@ -320,7 +321,7 @@ fn nearest_of_few(mesh: &Mesh) -> Option<f64> {
 fn dark(ready: &Prepared, options: &Options, (mesh, served): (Mesh, Served), clock: Clock) -> Result<Solution, Error> {
     let scene = &ready.scene;
     let channels = scene.channels().to_vec();
-    let surfaces = Surfaces::of(scene);
+    let mut surfaces = Surfaces::of(scene);
     let (low, high) = scene.bounds().unwrap_or((DVec3::ZERO, DVec3::ZERO));
     let progress = Progress { round: 0, elements: 0, links: 0, gathers: 0, bound: f64::INFINITY, estimate: f64::INFINITY };
     let receivers: Vec<usize> = mesh.leaves().collect();
@@ -328,6 +329,7 @@ fn dark(ready: &Prepared, options: &Options, (mesh, served): (Mesh, Served), clo
     let precision = |is_even: bool| largest(options.error * if is_even { GLOWING_PART } else { EVALUATION_PART }, FINEST);
     let may_be_even = may_be_even(&mesh, &lamps);
     surfaces.check(&channels)?;
+    white::settle(scene, &mesh, &mut surfaces)?;
     Ok(Solution {
         rules: Rules::new(),
         direct: Vec::new(),
@@ -398,20 +400,19 @@ impl Solution {
         if self.progress.round == 0 && self.mesh.clusters().root().is_some() {
             self.fill_evenly();
         } else {
-            self.sweep(options.order, 1e-2 * aim);
+            self.sweep(options.order, 1e-2 * aim)?;
         }
         for _ in 0..8 {
             let began = self.clock.elapsed();
             let changed = options.linking == Linking::Error && self.refine(self.allowed, links)?;
             refined += self.clock.elapsed().saturating_sub(began);
-            self.sweep(options.order, 1e-2 * aim);
+            self.sweep(options.order, 1e-2 * aim)?;
             if !changed {
                 break;
             }
         }
-        self.sweep(options.order, if may_be_even(&self.mesh, &self.lamps) { SOLVED } else { ROUGHLY_SOLVED * aim });
-        let bounds = Bounds::of(self.bounded(), [self.left_of_direct(), self.left_of_reflected()]);
-        self.bounds = bounds.ok_or_else(|| self.lossless())?;
+        self.sweep(options.order, if may_be_even(&self.mesh, &self.lamps) { SOLVED } else { ROUGHLY_SOLVED * aim })?;
+        self.bounds = Bounds::of(self.bounded(), [self.left_of_direct(), self.left_of_reflected()])?;
         let links = self.receivers.iter().map(|&receiver| self.links[receiver].len() + self.far[receiver].len()).sum();
         (self.proven, self.details, self.estimated) = (OnceLock::new(), OnceLock::new(), OnceLock::new());
         (self.importance, self.known_error, self.kept) = (OnceLock::new(), OnceLock::new(), Kept::default());
@@ -424,7 +425,7 @@ impl Solution {
         let (round, gathers, bound) = (self.progress.round + 1, self.progress.gathers, f64::INFINITY);
         self.progress = Progress { round, elements: self.mesh.leaves().count(), links, gathers, bound, estimate };
         match options.bound {
-            Some(bound) => self.progress.bound = self.prove_at_most(bound, options)?,
+            Some(bound) => self.progress.bound = self.prove_at_most(bound, options),
             None => self.ground.aim_at(&self.reference(), Aim::Estimate { part: options.error }),
         }
         Ok(refined)
@@ -448,7 +449,7 @@ impl Solution {
     }
 
     /// The bound of a round where one is asked for: found roughly, or as well as there is time where it may come to that.
-    fn prove_at_most(&mut self, bound: f64, options: &Options) -> Result<f64, Error> {
+    fn prove_at_most(&mut self, bound: f64, options: &Options) -> f64 {
         let reference = self.reference();
         let is_late = options.time.is_some_and(|time| self.clock.elapsed() >= time.mul_f64(BEFORE_PROOF));
         if self.is_worth_a_proof(bound) || self.is_full(options) || is_late {
@@ -457,14 +458,13 @@ impl Solution {
             self.clock = clock.for_proof(options.time, true);
             let found = self.prove();
             self.clock = clock;
-            let found = found?;
             if found.is_finite() {
-                return Ok(found);
+                return found;
             }
             self.proven = OnceLock::new();
         }
         self.ground.aim_at(&reference, Aim::Bound { part: bound, is_rough: true });
-        if self.magnitude() > ROUGH_PART * bound { Ok(f64::INFINITY) } else { self.prove() }
+        if self.magnitude() > ROUGH_PART * bound { f64::INFINITY } else { self.prove() }
     }
 
     /// Whether the solution is so good that a proof of this bound may succeed.

@@ -208,7 +208,7 @@ class Scene:
         return self._core.check()
 
     def capped(self, most: float) -> "Scene":
-        """The same with no reflectance above `most`, with a note for each material that is changed: of a white scene no bound exists."""
+        """The same with no reflectance above `most`, with a note for each material that is changed."""
         return self._of(self._core.capped(float(most)))
 
     def factors(
@@ -287,7 +287,7 @@ class Scene:
         Raises
         ------
         ValueError
-            If an argument is out of range, the scene is refused, or its faces reflect all light, so that no bound exists.
+            If an argument is out of range, the scene is refused, or light is emitted in a closed space whose faces reflect all.
         """
         request = {
             "error": float(error),

@@ -16,7 +16,9 @@ use crate::bound::residual::{Residual, Residuals};
 use crate::bound::rise::Risen;
 use crate::bound::scene::Scene;
 use crate::bound::seen::SeenSources;
+use crate::error::Error;
 use crate::field::Field;
+use crate::field::acceleration::Acceleration;
 use crate::field::gathering::Equation;
 use crate::links::cluster::glow::Pair;
 use crate::links::link::Link;
@@ -54,8 +56,8 @@ impl Importance {
     }
 }
 
-/// `None` if no bound is found.
-pub(super) fn of(scene: Scene<'_>, receives: &[bool], seen: &[SeenSources]) -> Option<Importance> {
+/// Where no bound is found on what `b_h` leaves out, as where faces reflect all light, that is left out here.
+pub(super) fn of(scene: Scene<'_>, receives: &[bool], seen: &[SeenSources]) -> Result<Importance, Error> {
     let Scene { mesh, surfaces, receivers, links, far, channels } = scene;
     let (field, own) = solved(scene)?;
     let at = |(index, &receiver): (usize, &usize)| gathers(scene, &field, &links[receiver], &seen[index]);
@@ -84,9 +86,7 @@ pub(super) fn of(scene: Scene<'_>, receives: &[bool], seen: &[SeenSources]) -> O
     } else {
         None
     };
-    if more.is_none() && most.is_none() {
-        return None;
-    }
+    let is_bounded = more.is_some() || most.is_some();
     let largest = |of: &Option<Risen>| -> Vec<Vec<f64>> {
         let at = |receiver: usize, channel: usize| match (of, scene.reflectance(receiver, channel)) {
             // A black receiver leaves nothing out but what rounding does.
@@ -105,11 +105,12 @@ pub(super) fn of(scene: Scene<'_>, receives: &[bool], seen: &[SeenSources]) -> O
         }
         all
     };
-    Some(Importance { gathered, beyond, more: largest(&more), most: largest(&most) })
+    let nothing = || vec![vec![0.0; channels]; receivers.len()];
+    Ok(Importance { gathered, beyond, more: if is_bounded { largest(&more) } else { nothing() }, most: largest(&most) })
 }
 
 /// The polynomial solution and what receivers themselves hold of it.
-fn solved(scene: Scene<'_>) -> Option<(Field, Vec<Vec<f64>>)> {
+fn solved(scene: Scene<'_>) -> Result<(Field, Vec<Vec<f64>>), Error> {
     let Scene { mesh, surfaces, receivers, links, far, channels } = scene;
     let mut source: Vec<Vec<f64>> = vec![Vec::new(); mesh.elements().len()];
     let mut own = source.clone();
@@ -125,9 +126,16 @@ fn solved(scene: Scene<'_>) -> Option<(Field, Vec<Vec<f64>>)> {
     let mut field = Field::dark(mesh, channels);
     let equation = Equation { mesh, surfaces, receivers, links, far, source: &source };
     let even = vec![1.0; channels];
-    (0..MOST_SWEEPS).find(|_| equation.sweep(&mut field, &mut own, &even) <= SOLVED)?;
-    field.pull(mesh);
-    Some((field, own))
+    let (mut acceleration, mut change) = (Acceleration::default(), f64::INFINITY);
+    for _ in 0..MOST_SWEEPS {
+        change = equation.sweep(&mut field, &mut own, &even);
+        if change <= SOLVED {
+            field.pull(mesh);
+            return Ok((field, own));
+        }
+        acceleration.after_sweep(&equation, &mut field, &mut own, channels);
+    }
+    Err(Error::Unsettled { sweeps: MOST_SWEEPS, change })
 }
 
 /// What the nodes of a receiver gather of `b_h` at most from each source, in each channel.

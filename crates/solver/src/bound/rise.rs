@@ -15,6 +15,9 @@ use crate::links::cluster::glow::Pair;
 /// Sweeps after which there is no bound: far more than any reflectance below 0.99 needs.
 const MOST_SWEEPS: usize = 2000;
 
+/// Sweeps in which they have to rise less and less: they do not where form factors, as far as they are known, leave nothing to be lost.
+const A_WHILE: usize = 100;
+
 /// Relative margin added to the sweeps, so that a rest that would still rise a little stays below the sum.
 const MARGIN: f64 = 0.03;
 
@@ -53,9 +56,22 @@ impl Risen {
         };
         let most = |of: [f64; 4]| of.into_iter().fold(0.0, larger);
         let mut largest = vec![0.0; mesh.elements().len() * channels];
-        for _ in 0..MOST_SWEEPS {
+        let mut risen_by = f64::INFINITY;
+        for sweep in 1..=MOST_SWEEPS {
             let next = swept(&largest);
             let held = |receiver: usize, channel: usize| largest[receiver * channels + channel];
+            if sweep % A_WHILE == 0 {
+                let by = |(&receiver, next): (&usize, &Vec<f64>)| {
+                    next.iter().enumerate().map(|(c, n)| n - held(receiver, c)).fold(0.0, larger)
+                };
+                let rise = receivers.iter().zip(&next).map(by).fold(0.0, larger);
+                // Also where it is no number.
+                let falls = rise < risen_by || rise == 0.0;
+                if !falls {
+                    return None;
+                }
+                risen_by = rise;
+            }
             let mut pairs = receivers.iter().zip(&next);
             let rising = pairs.any(|(&r, next)| next.iter().enumerate().any(|(c, n)| *n > held(r, c) * (1.0 + RISE)));
             let margin = if rising { 1.0 } else { 1.0 + MARGIN };

@@ -54,11 +54,15 @@ impl Surfaces {
     pub(crate) fn may_be_even(&self, mesh: &Mesh) -> bool {
         let faces = || mesh.roots().iter().map(|&root| mesh.elements()[root].face());
         let radiosity = |face: usize, channel: usize| self.emitted[face][channel] / (1.0 - self.reflectance[face][channel]);
+        // A face that reflects all light and emits none is as bright as what it sees, whatever that is.
+        let is_any = |face: usize, channel: usize| self.reflectance[face][channel] == 1.0 && self.emitted[face][channel] == 0.0;
         let is_even = |channel: usize| {
             let (low, high) = faces()
+                .filter(|&face| !is_any(face, channel))
                 .map(|face| radiosity(face, channel))
                 .fold((f64::INFINITY, 0.0), |(low, high), of| (smallest(low, of), largest(high, of)));
-            high - low <= ROUNDING * high
+            // Of one that reflects all light and emits some it is infinite, and the difference then is no number, or is infinite too.
+            high < f64::INFINITY && high - low <= ROUNDING * high
         };
         let channels = self.emitted.first().map_or(0, Vec::len);
         self.textured.is_some() || (0..channels).all(is_even)
@@ -70,11 +74,6 @@ impl Surfaces {
             if let Some(channel) = emitted.iter().position(|value| !value.is_finite()) {
                 let (quantity, value) = (format!("radiosity emitted by face {face}"), emitted[channel]);
                 return Err(Error::NotFinite { quantity, channel: channels[channel].clone(), value });
-            }
-        }
-        for (face, reflectance) in self.reflectance.iter().enumerate() {
-            if let Some(channel) = reflectance.iter().position(|rho| *rho >= 1.0) {
-                return Err(Error::Lossless { channel: channels[channel].clone(), face });
             }
         }
         Ok(())
@@ -97,6 +96,13 @@ impl Surfaces {
     /// Whether any face has a texture.
     pub(crate) const fn is_textured(&self) -> bool {
         self.textured.is_some()
+    }
+
+    /// Whether a face reflects all light of a channel everywhere.
+    pub(crate) fn is_white(&self, face: usize, channel: usize) -> bool {
+        let is_patterned =
+            || self.textured.as_ref().is_some_and(|scene| scene.faces()[face].chart(Quantity::Reflectance).is_some());
+        self.reflectance[face][channel] == 1.0 && !is_patterned()
     }
 
     /// Whether a face emits by a texture.

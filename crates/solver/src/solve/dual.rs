@@ -34,6 +34,7 @@ use rayon::prelude::*;
 use crate::bound::ledger::Ledger;
 use crate::error::Error;
 use crate::field::Field;
+use crate::field::acceleration::Acceleration;
 use crate::field::gathering::{Equation, irradiance};
 use crate::links::cluster::far::Far;
 use crate::links::direct::FEW as MOST_LAMPS;
@@ -181,11 +182,13 @@ impl Solution {
         let equation = Equation { mesh, surfaces, receivers, links: &self.links, far: &self.far, source: &source };
         let until = if self.surfaces.is_textured() { SOLVED_WITH_TEXTURES } else { SOLVED };
         let mut scale = vec![1.0; channels];
+        let mut acceleration = Acceleration::default();
         for _ in 0..MOST_SWEEPS {
             if equation.sweep(&mut sent, &mut own, &scale) <= until {
                 sent.pull(mesh);
                 return Some(sent);
             }
+            acceleration.after_sweep(&equation, &mut sent, &mut own, channels);
             scale.iter_mut().enumerate().for_each(|(channel, scale)| *scale = largest(sent.mean(mesh, channel), 1.0));
         }
         None

@@ -28,6 +28,7 @@ use radgrad_scene::{largest, smallest};
 use crate::bound::ledger::Ledger;
 use crate::error::Error;
 use crate::field::Field;
+use crate::field::acceleration::Acceleration;
 use crate::field::gathering::Equation;
 use crate::links::cluster::far::Far;
 use crate::links::link::Link;
@@ -180,11 +181,13 @@ impl Solution {
         let mut error = Field::dark(mesh, channels);
         let (surfaces, receivers) = (&self.surfaces, &self.receivers[..]);
         let equation = Equation { mesh, surfaces, receivers, links: &self.links, far: &self.far, source: &source };
+        let mut acceleration = Acceleration::default();
         for _ in 0..MOST_SWEEPS {
             if equation.sweep(&mut error, &mut own, &scale) <= SOLVED {
                 error.pull(mesh);
                 return Ok(Some(error));
             }
+            acceleration.after_sweep(&equation, &mut error, &mut own, channels);
         }
         Ok(None)
     }

@@ -12,6 +12,7 @@ use rayon::prelude::*;
 
 use crate::error::Error;
 use crate::field::Field;
+use crate::field::acceleration::Acceleration;
 use crate::field::gathering::Equation;
 use crate::links::cluster::far::Far;
 use crate::links::transfer::Row;
@@ -71,10 +72,12 @@ impl Solution {
             far: &self.far,
             source: &source,
         };
+        let mut acceleration = Acceleration::default();
         for _ in 0..MOST_SWEEPS {
             if equation.sweep(&mut sent, &mut own, &scale) <= SOLVED {
                 break;
             }
+            acceleration.after_sweep(&equation, &mut sent, &mut own, channels);
         }
         // Black receivers leave nothing out.
         let of = |receiver: usize, channel: usize| match self.reflectance_of(receiver)[channel] {

@@ -133,13 +133,6 @@ impl Solution {
         }
     }
 
-    pub(super) fn lossless(&self) -> Error {
-        let faces = self.surfaces.reflectance.iter().enumerate();
-        let all = faces.flat_map(|(face, rho)| rho.iter().enumerate().map(move |(channel, rho)| (face, channel, *rho)));
-        let (face, channel, _) = all.max_by(|a, b| a.2.total_cmp(&b.2)).unwrap_or((0, 0, 1.0));
-        Error::Lossless { channel: self.channels[channel].clone(), face }
-    }
-
     /// What errors are relative to, in each channel: the mean of all radiosity where no light that is reflected was found yet.
     pub(super) fn reference(&self) -> Vec<f64> {
         let of = |(reflected, mean): (&f64, &f64)| match self.relative_to {

@@ -1,10 +1,16 @@
 //! Solving the linear system of a round: receivers gather in some order until nothing changes by much.
 
+use crate::error::Error;
+use crate::field::acceleration::Acceleration;
 use crate::field::gathering::Equation;
 use crate::field::order::Order;
 use crate::solve::may_be_even;
 use crate::solve::solution::{Solution, means};
+use radgrad_scene::largest;
+
+/// Sweeps, and the change by the last one over the mean radiosity beyond which light has not settled after so many.
 const MOST_SWEEPS: usize = 1000;
+const SETTLED: f64 = 1e-6;
 
 impl Solution {
     /// Begins with reflected light as if all were reflected evenly everywhere (M. F. Cohen et al. 1988, the ambient term): before a
@@ -37,13 +43,14 @@ impl Solution {
     }
 
     /// Lets receivers gather until the linear system is solved to changes or residuals of that, relative to the mean radiosity.
-    pub(super) fn sweep(&mut self, order: Order, until: f64) {
+    pub(super) fn sweep(&mut self, order: Order, until: f64) -> Result<(), Error> {
         let mut source = vec![Vec::new(); self.mesh.elements().len()];
         for &receiver in &self.receivers {
             source[receiver] = (0..self.channels.len()).flat_map(|channel| self.emitted_on(receiver, channel)).collect();
         }
         let (mesh, surfaces, receivers, links) = (&self.mesh, &self.surfaces, &self.receivers[..], &self.links[..]);
         let equation = Equation { mesh, surfaces, receivers, links, far: &self.far, source: &source };
+        let (mut acceleration, mut left) = (Acceleration::default(), 0.0);
         for _ in 0..MOST_SWEEPS {
             // Where light may be even, as in a furnace, reflected light is known no better than all light: changes are held to
             // that.
@@ -52,8 +59,12 @@ impl Solution {
             let solved = match order {
                 Order::GaussSeidel => {
                     self.progress.gathers += receivers.len();
-                    let change = equation.sweep(&mut self.field, &mut self.own, &scale);
-                    change <= until || change.is_nan()
+                    left = equation.sweep(&mut self.field, &mut self.own, &scale);
+                    let solved = left <= until || left.is_nan();
+                    if !solved {
+                        acceleration.after_sweep(&equation, &mut self.field, &mut self.own, scale.len());
+                    }
+                    solved
                 }
                 Order::Southwell => {
                     let most = MOST_SWEEPS * receivers.len();
@@ -64,10 +75,12 @@ impl Solution {
             };
             (self.mean, self.reflected) = means(&self.field, mesh, &self.emitted);
             if solved {
+                left = 0.0;
                 break;
             }
         }
         self.field.pull(&self.mesh);
+        if left > largest(until, SETTLED) { Err(Error::Unsettled { sweeps: MOST_SWEEPS, change: left }) } else { Ok(()) }
     }
 }
 
@@ -125,7 +138,7 @@ mod tests {
                 for until in [1e-3, 1e-6, 1e-14] {
                     darken(&mut solution);
                     let before = solution.progress.gathers;
-                    solution.sweep(order, until);
+                    solution.sweep(order, until).unwrap();
                     counts.push(solution.progress.gathers - before);
                 }
                 println!("{name}, {} receivers, {order:?}: {counts:?} gathers to 1e-3, 1e-6, 1e-14", solution.receivers.len());

@@ -6,3 +6,4 @@ mod gradients;
 mod links;
 mod proven;
 mod space;
+mod white;

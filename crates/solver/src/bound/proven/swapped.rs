@@ -92,7 +92,8 @@ impl Swapped {
         let in_channel = |channel: usize| {
             let rho = mean(&|receiver| solved.reflectance(receiver, channel));
             let sent = mean(&|receiver| sent.of(receiver, channel, mesh.basis(receiver).len())[0]);
-            [if rho > 0.0 { sent / rho } else { 1.0 }, 1.0 / (1.0 - rho)]
+            let found = if rho > 0.0 { sent / rho } else { 1.0 };
+            [found, if rho < 1.0 { 1.0 / (1.0 - rho) } else { found }]
         };
         let numbers: Vec<[f64; 2]> = (0..channels).map(in_channel).collect();
         let [found, even] = [0, 1].map(|way| numbers.iter().map(|of| of[way]).collect::<Vec<f64>>());

@@ -1,0 +1,92 @@
+//! Sweeps that go on where light is hardly lost.
+//!
+//! There one mode is left after some sweeps, nearly the same light everywhere, and each change is the one before times a number r a little
+//! below 1. All changes to come sum to the last one times `r/(1 - r)`, and are added at once (L. A. Lyusternik 1947), if what two changes
+//! differ by besides, which counts with `1/(1 - r)` too, is a small part of that. The sweeps after it mend what that leaves.
+
+use crate::field::Field;
+use crate::field::gathering::Equation;
+
+/// The least r from which on changes are added before their time, and the largest: what is lost in one sweep beyond that is less than links
+/// are off by, and no number of it is known.
+const SLOW: f64 = 0.9;
+const SLOWEST: f64 = 0.9995;
+
+/// The part of what is added that may be another mode's.
+const OTHER: f64 = 0.1;
+
+/// What receivers held after sweeps, and the change of that by the last one, channel after channel.
+#[derive(Debug, Default)]
+pub(crate) struct Acceleration {
+    held: Option<Vec<Vec<f64>>>,
+    change: Option<Vec<Vec<f64>>>,
+}
+
+impl Acceleration {
+    /// After each sweep: adds the changes to come in the channels in which they are known.
+    pub(crate) fn after_sweep(&mut self, equation: &Equation<'_>, field: &mut Field, own: &mut [Vec<f64>], channels: usize) {
+        let held = self.held.replace(of_channels(equation, own, channels));
+        let (Some(before), Some(now)) = (held, &self.held) else { return };
+        let difference =
+            |(now, before): (&Vec<f64>, &Vec<f64>)| now.iter().zip(before).map(|(now, before)| now - before).collect();
+        let change: Vec<Vec<f64>> = now.iter().zip(&before).map(difference).collect();
+        let Some(last) = self.change.replace(change.clone()) else { return };
+        let factors: Vec<f64> = change.iter().zip(&last).map(|(change, last)| factor(change, last)).collect();
+        if factors.iter().all(|factor| *factor == 0.0) {
+            return;
+        }
+        for (channel, (factor, change)) in factors.iter().zip(&change).enumerate().filter(|(_, (factor, _))| **factor > 0.0) {
+            let mut rest = &change[..];
+            for &receiver in equation.receivers {
+                let (of_receiver, after) = rest.split_at(equation.mesh.basis(receiver).len());
+                rest = after;
+                let more: Vec<f64> = of_receiver.iter().map(|change| factor * change).collect();
+                let start = channel * more.len();
+                own[receiver][start..start + more.len()].iter_mut().zip(&more).for_each(|(own, more)| *own += more);
+                field.add(equation.mesh, receiver, channel, &more);
+            }
+        }
+        *self = Self::default();
+    }
+}
+
+/// What receivers hold in each channel.
+fn of_channels(equation: &Equation<'_>, own: &[Vec<f64>], channels: usize) -> Vec<Vec<f64>> {
+    let of = |channel: usize| {
+        let of_receiver = |&receiver: &usize| {
+            let len = equation.mesh.basis(receiver).len();
+            own[receiver][channel * len..(channel + 1) * len].iter().copied()
+        };
+        equation.receivers.iter().flat_map(of_receiver).collect()
+    };
+    (0..channels).map(of).collect()
+}
+
+/// What changes to come sum to over this one, or 0 where that is not known.
+fn factor(change: &[f64], last: &[f64]) -> f64 {
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let r = dot(change, last) / dot(last, last);
+    if !(SLOW..=SLOWEST).contains(&r) {
+        return 0.0;
+    }
+    let other: f64 = change.iter().zip(last).map(|(change, last)| (change - r * last).powi(2)).sum();
+    if other.sqrt() <= OTHER * (1.0 - r) * dot(change, change).sqrt() { r / (1.0 - r) } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::factor;
+
+    #[test]
+    fn what_is_to_come_is_known_of_one_slow_mode_alone() {
+        let last = [1.0, 2.0, -1.0];
+        let times = |r: f64| last.map(|c| r * c);
+        assert!((factor(&times(0.99), &last) - 99.0).abs() < 1e-9);
+        // Fast, not falling, another mode beside it, nothing at all.
+        assert_eq!(
+            [times(0.5), times(1.0), times(1.1), [0.99, 1.98, -0.97], [f64::NAN; 3]].map(|change| factor(&change, &last)),
+            [0.0; 5]
+        );
+        assert_eq!(factor(&[0.0; 3], &[0.0; 3]), 0.0);
+    }
+}
