@@ -37,7 +37,7 @@ const EXIT_STATUS: &str = "Exit status:
 
 /// Radiosity and its gradient from polygonal emitters, with error bounds.
 #[derive(Debug, Parser)]
-#[command(version, after_help = EXIT_STATUS)]
+#[command(version, after_help = EXIT_STATUS, term_width = 80)]
 struct Arguments {
     #[command(subcommand)]
     command: Command,

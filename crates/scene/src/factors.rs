@@ -21,6 +21,7 @@ mod field;
 mod glance;
 mod hiding;
 mod matrix;
+mod narrow;
 mod pair;
 mod repair;
 mod rule;
@@ -33,6 +34,7 @@ use radgrad_core::{DVec3, Emission, Emitter, Method, Polygon, Receiver, Toleranc
 pub use block::FactorBlock;
 pub use field::FieldCell;
 pub use matrix::{ComputedRow, Entry, FactorMatrix, SurfaceFactor, SurfaceMatrix};
+pub use narrow::Narrowed;
 pub use pair::Factor;
 pub use repair::Repaired;
 pub use rule::gauss_legendre;

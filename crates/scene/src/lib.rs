@@ -31,8 +31,8 @@ mod words;
 pub use error::{Error, Overlapping};
 pub use extremes::{largest, smallest};
 pub use factors::{
-    ComputedRow, Entry, Factor, FactorBlock, FactorMatrix, FactorSettings, FieldCell, FormFactors, Repaired, SurfaceFactor,
-    SurfaceMatrix, gauss_legendre,
+    ComputedRow, Entry, Factor, FactorBlock, FactorMatrix, FactorSettings, FieldCell, FormFactors, Narrowed, Repaired,
+    SurfaceFactor, SurfaceMatrix, gauss_legendre,
 };
 pub use host::check_host;
 pub use occluders::{Beam, Found, Occluders, contains};

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use radgrad_scene::output::{extension, write_whole};
 use radgrad_scene::view3d::{MatrixHeader, write_matrix};
-use radgrad_scene::{Entry, FactorMatrix, Quantity, Scene, SurfaceFactor, SurfaceMatrix};
+use radgrad_scene::{Entry, FactorMatrix, Quantity, Scene, SurfaceFactor, SurfaceMatrix, largest};
 
 use super::Failure;
 
@@ -32,18 +32,32 @@ impl Format {
     }
 }
 
-/// Writes the factors, and a second file with their bounds where the first has no place for them. `first` says whether a table
-/// starts with its header.
+/// What a table of factors has beside their lines.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Table {
+    /// A header.
+    pub(super) first: bool,
+    /// After the factors of each face the share of its view that no face has.
+    pub(super) open: bool,
+}
+
+/// The files that are written: a second one has the bounds where the first has no place for them.
+pub(super) fn files(file: &Path, format: Format) -> Vec<PathBuf> {
+    let bounds = matches!(format, Format::MatrixMarket | Format::View3d).then(|| beside(file));
+    [file.to_owned()].into_iter().chain(bounds).collect()
+}
+
+/// Writes the factors.
 pub(super) fn write(
     file: &Path,
     format: Format,
     scene: &Scene,
     scene_file: &Path,
     matrix: &FactorMatrix,
-    first: bool,
+    table: Table,
 ) -> Result<(), Failure> {
     match format {
-        Format::Csv => write_whole(file, |out| csv(out, scene, matrix, first))?,
+        Format::Csv => write_whole(file, |out| csv(out, scene, matrix, table))?,
         Format::MatrixMarket => {
             write_whole(file, |out| matrix_market(out, scene, matrix, |entry| entry.factor))?;
             write_whole(&beside(file), |out| matrix_market(out, scene, matrix, |entry| entry.error))?;
@@ -51,10 +65,7 @@ pub(super) fn write(
         Format::View3d => {
             let by_surface = matrix.by_surface(scene);
             write_whole(file, |out| view3d(out, scene, &by_surface, |found| found.factor))?;
-            let bound = |found: &SurfaceFactor| {
-                let [above, below] = [found.upper - found.factor, found.factor - found.lower];
-                if above > below || above.is_nan() { above } else { below }
-            };
+            let bound = |found: &SurfaceFactor| largest(found.upper - found.factor, found.factor - found.lower);
             write_whole(&beside(file), |out| view3d(out, scene, &by_surface, bound))?;
         }
         Format::EnergyPlus => write_whole(file, |out| energy_plus(out, scene, scene_file, &matrix.by_surface(scene)))?,
@@ -73,26 +84,36 @@ fn beside(file: &Path) -> PathBuf {
     file.with_file_name(name)
 }
 
-/// A line a factor, faces numbered from 0 in the order of the file.
-fn csv(out: impl Write, scene: &Scene, matrix: &FactorMatrix, first: bool) -> Result<(), csv::Error> {
+/// A line a factor, faces numbered from 0 in the order of the file; what is open is the factor to a face `open`, which has no number: 1 less
+/// the sum of the row, below 0 where errors make the row more than 1.
+fn csv(out: impl Write, scene: &Scene, matrix: &FactorMatrix, Table { first, open }: Table) -> Result<(), csv::Error> {
     let mut table = csv::Writer::from_writer(out);
     if first {
         table.write_record(["from", "from_surface", "to", "to_surface", "factor", "lower", "upper", "error", "occluders"])?;
     }
     let surface = |face: usize| scene.surfaces()[scene.faces()[face].surface()].name();
-    for (from, entry) in matrix.entries() {
-        let Entry { face, factor, lower, upper, error, occluders } = entry;
-        table.write_record([
-            &from.to_string(),
-            surface(from),
-            &face.to_string(),
-            surface(face),
-            &format!("{factor:?}"),
-            &format!("{lower:?}"),
-            &format!("{upper:?}"),
-            &format!("{error:e}"),
-            &occluders.to_string(),
-        ])?;
+    for &from in matrix.faces() {
+        let mut line = |[to, name]: [&str; 2], [factor, lower, upper, error]: [f64; 4], occluders: &str| {
+            table.write_record([
+                &from.to_string(),
+                surface(from),
+                to,
+                name,
+                &format!("{factor:?}"),
+                &format!("{lower:?}"),
+                &format!("{upper:?}"),
+                &format!("{error:e}"),
+                occluders,
+            ])
+        };
+        for Entry { face, factor, lower, upper, error, occluders } in matrix.row(from) {
+            line([&face.to_string(), surface(face)], [factor, lower, upper, error], &occluders.to_string())?;
+        }
+        if open {
+            let sum = matrix.sum(from);
+            let [factor, lower, upper] = [1.0 - sum.factor, 1.0 - sum.upper, 1.0 - sum.lower];
+            line(["open", "open"], [factor, lower, upper, largest(upper - factor, factor - lower)], "0")?;
+        }
     }
     table.flush()?;
     Ok(())

@@ -1,10 +1,11 @@
 //! Rows that a run keeps as it goes, so that the next one goes on where it was interrupted.
 //!
 //! The first line of the file is a JSON object that says of what it is: the scene's fingerprint and what was asked of its factors. Each
-//! further line is a computed row. A line that has no end, as a kill leaves it, is taken off and computed again.
+//! further line is a computed row. A line that has no end, as a kill leaves it, is taken off and computed again. A file that begins
+//! with anything else is none of ours, and is left as it is.
 
-use std::fs::{File, OpenOptions};
-use std::io::{self, BufRead, BufReader, Seek, SeekFrom, Write};
+use std::fs::{File, OpenOptions, TryLockError};
+use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
@@ -24,7 +25,11 @@ struct Head {
 pub(crate) enum Failure {
     #[error("{}: {source}", file.display())]
     Unusable { file: PathBuf, source: io::Error },
-    #[error("{}: line {line} is none of --resume: {source}", file.display())]
+    #[error("`{}` is no file of --resume, and is left as it is: name another one, or remove it", file.display())]
+    Foreign { file: PathBuf },
+    #[error("{}: another run keeps its rows there", file.display())]
+    Taken { file: PathBuf },
+    #[error("{}: line {line} is no row of --resume: {source}", file.display())]
     Content { file: PathBuf, line: usize, source: serde_json::Error },
     #[error("{}: it was written for another scene or other settings, or by another version", file.display())]
     Other { file: PathBuf },
@@ -47,11 +52,22 @@ impl Kept {
     pub(super) fn open(file: &Path, scene: &str, asked: String) -> Result<(Self, Vec<ComputedRow>), Failure> {
         let unusable = |source: io::Error| Failure::Unusable { file: file.to_owned(), source };
         let head = Head { factors_of: scene.to_owned(), asked, version: env!("CARGO_PKG_VERSION").to_owned() };
-        let opened = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(file).map_err(unusable)?;
-        if !opened.metadata().map_err(unusable)?.is_file() {
-            return Err(unusable(io::Error::new(io::ErrorKind::InvalidInput, "it is no file that can be taken up")));
+        // Nothing is opened for writing before it is known for a file of ours.
+        match std::fs::metadata(file) {
+            Ok(metadata) if !metadata.is_file() => {
+                return Err(unusable(io::Error::new(io::ErrorKind::InvalidInput, "it is no file that can be taken up")));
+            }
+            Ok(_) => check(file, &File::open(file).map_err(unusable)?, &head)?,
+            Err(source) if source.kind() == io::ErrorKind::NotFound => {}
+            Err(source) => return Err(unusable(source)),
         }
-        let (rows, end) = read(file, &opened, &head)?;
+        let opened = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(file).map_err(unusable)?;
+        // Where files cannot be locked, a second run is not noticed.
+        if let Err(TryLockError::WouldBlock) = opened.try_lock() {
+            return Err(Failure::Taken { file: file.to_owned() });
+        }
+        check(file, &opened, &head)?;
+        let (rows, end) = read(file, &opened)?;
         opened.set_len(end).map_err(unusable)?;
         let mut out = opened;
         out.seek(SeekFrom::End(0)).map_err(unusable)?;
@@ -85,8 +101,24 @@ fn line(of: &impl Serialize) -> Vec<u8> {
     line
 }
 
-/// The rows of a file, and where its last whole line ends.
-fn read(file: &Path, opened: &File, expected: &Head) -> Result<(Vec<ComputedRow>, u64), Failure> {
+/// Refuses a file whose first line is not that of this run, or a part of it that a kill left, or nothing.
+fn check(file: &Path, mut opened: &File, expected: &Head) -> Result<(), Failure> {
+    const LONGEST: u64 = 1 << 16;
+    let unusable = |source| Failure::Unusable { file: file.to_owned(), source };
+    let mut first = Vec::new();
+    BufReader::new(opened.take(LONGEST)).read_until(b'\n', &mut first).map_err(unusable)?;
+    opened.rewind().map_err(unusable)?;
+    if line(expected).starts_with(&first) {
+        return Ok(());
+    }
+    match serde_json::from_slice::<Head>(&first) {
+        Ok(_) if first.ends_with(b"\n") => Err(Failure::Other { file: file.to_owned() }),
+        _ => Err(Failure::Foreign { file: file.to_owned() }),
+    }
+}
+
+/// The rows of a file after its first line, and where its last whole line ends.
+fn read(file: &Path, opened: &File) -> Result<(Vec<ComputedRow>, u64), Failure> {
     let mut lines = BufReader::new(opened);
     let (mut rows, mut end, mut text) = (Vec::new(), 0, Vec::new());
     for number in 1.. {
@@ -95,13 +127,8 @@ fn read(file: &Path, opened: &File, expected: &Head) -> Result<(Vec<ComputedRow>
         if text.last() != Some(&b'\n') {
             break;
         }
-        let wrong = |source| Failure::Content { file: file.to_owned(), line: number, source };
-        if number == 1 {
-            let head: Head = serde_json::from_slice(&text).map_err(wrong)?;
-            if head != *expected {
-                return Err(Failure::Other { file: file.to_owned() });
-            }
-        } else {
+        if number > 1 {
+            let wrong = |source| Failure::Content { file: file.to_owned(), line: number, source };
             rows.push(serde_json::from_slice(&text).map_err(wrong)?);
         }
         end += count as u64;

@@ -1,8 +1,8 @@
-//! Summaries of factors, as one JSON object or as text.
+//! The summary of factors, as one JSON object or as text.
 
 use std::fmt;
 
-use radgrad_scene::{Factor, FactorMatrix, FactorSettings, FormFactors, Repaired, largest};
+use radgrad_scene::{FactorMatrix, FactorSettings, FormFactors, Repaired, largest, printable};
 use serde::Serialize;
 
 /// The summary of a matrix.
@@ -18,12 +18,60 @@ pub(super) struct Summary {
     unmet: usize,
     worst_closure: f64,
     rows_that_cannot_close: usize,
+    worst_rows: Vec<Row>,
     worst_reciprocity: f64,
     worst_bound: f64,
     worst_bound_in_free_sight: f64,
     warnings: Vec<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     repaired: Option<Repair>,
+}
+
+/// A row that cannot be closed within its bounds.
+#[derive(Debug, Serialize)]
+struct Row {
+    face: usize,
+    surface: String,
+    sum: f64,
+    /// One less the sum: what no face is seen in, below 0 where too much is seen.
+    missing: f64,
+    /// As much of that as the bounds of its factors explain.
+    bounds: f64,
+}
+
+/// Rows that are named.
+const WORST: usize = 3;
+
+impl Row {
+    /// Those that are farthest from closing.
+    fn worst(factors: &FormFactors<'_>, matrix: &FactorMatrix) -> Vec<Self> {
+        let scene = factors.scene();
+        let of = |face: usize| {
+            let sum = matrix.sum(face);
+            let missing = 1.0 - sum.factor;
+            let bounds = if missing > 0.0 { sum.upper - sum.factor } else { sum.factor - sum.lower };
+            let surface = scene.surfaces()[scene.faces()[face].surface()].name().to_owned();
+            Self { face, surface, sum: sum.factor, missing, bounds }
+        };
+        let mut rows: Vec<Self> = matrix.unclosed().map(of).collect();
+        rows.sort_by(|a, b| (b.missing.abs() - b.bounds).total_cmp(&(a.missing.abs() - a.bounds)));
+        rows.truncate(WORST);
+        rows
+    }
+}
+
+impl fmt::Display for Row {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { face, surface, sum, missing, bounds } = self;
+        let what = if *missing < 0.0 { "is too much" } else { "is missing" };
+        let [missing, bounds] = [missing.abs(), *bounds].map(share);
+        write!(f, "row of face {face} (`{}`): {sum:.4}, {missing} {what}: its bounds explain {bounds}", printable(surface))
+    }
+}
+
+/// A share of a view as people read it.
+fn share(share: f64) -> String {
+    if share == 0.0 || share >= 1e-3 { format!("{share:.4}") } else { format!("{share:.1e}") }
 }
 
 /// The effect of a repair.
@@ -65,6 +113,7 @@ impl Summary {
             unmet: matrix.unmet(settings).count(),
             worst_closure: matrix.worst_closure(),
             rows_that_cannot_close: matrix.unclosed().count(),
+            worst_rows: Row::worst(factors, matrix),
             worst_reciprocity: matrix.worst_reciprocity(),
             worst_bound: matrix.worst_bound(),
             worst_bound_in_free_sight: in_free_sight.map(|(_, entry)| entry.error).fold(0.0, largest),
@@ -86,6 +135,7 @@ impl fmt::Display for Summary {
             f,
             "worst closure       {closure:.1e}   (largest |1 - sum of a row|); {never} rows cannot be closed within their bounds"
         )?;
+        self.worst_rows.iter().try_for_each(|row| writeln!(f, "  {row}"))?;
         let reciprocity = self.worst_reciprocity;
         writeln!(f, "worst reciprocity   {reciprocity:.1e}   (largest |A_i F_ij - A_j F_ji| over the smaller of the two areas)")?;
         let (bound, in_free_sight, asked) = (self.worst_bound, self.worst_bound_in_free_sight, self.tolerance);
@@ -104,39 +154,5 @@ impl fmt::Display for Summary {
             )?;
         }
         Ok(())
-    }
-}
-
-/// The summary of one factor between surfaces.
-#[derive(Debug, Serialize)]
-pub(super) struct OneFactor<'a> {
-    from: &'a str,
-    to: &'a str,
-    factor: f64,
-    lower: f64,
-    upper: f64,
-    error: f64,
-    estimate: f64,
-    occluders: usize,
-    seconds: f64,
-    #[serde(skip)]
-    digits: u8,
-}
-
-impl<'a> OneFactor<'a> {
-    pub(super) const fn of(found: Factor, [from, to]: [&'a str; 2], digits: u8, seconds: f64) -> Self {
-        let Factor { value: factor, lower, upper, error, estimate, occluders } = found;
-        Self { from, to, factor, lower, upper, error, estimate, occluders, seconds, digits }
-    }
-}
-
-impl fmt::Display for OneFactor<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let &Self { from, to, factor, lower, upper, estimate, digits, .. } = self;
-        let places = usize::from(digits).max(2) - 1;
-        let how = if self.occluders == 0 { "proven, in free sight" } else { "estimated: the difference of two rules" };
-        writeln!(f, "from {from} to {to}: {factor:.places$e}")?;
-        writeln!(f, "off by about        {estimate:.1e}   ({how})")?;
-        write!(f, "proven bracket      [{lower}, {upper}]")
     }
 }

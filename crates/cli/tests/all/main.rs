@@ -2,6 +2,7 @@
 
 mod audit;
 mod eval;
+mod factors;
 mod folder;
 mod formats;
 mod hostile;

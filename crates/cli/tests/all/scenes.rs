@@ -40,7 +40,10 @@ fn what_is_not_met_is_listed_and_ends_in_1() {
     let output = radgrad(&["factors", ROOM, "--tolerance", "0.001", "--cells", "2", "--estimate", "0.01"]);
     assert_eq!(output.status.code(), Some(1));
     assert!(text(&output.stderr).starts_with("radgrad: not met: from "), "{}", text(&output.stderr));
-    assert!(text(&output.stderr).contains(" more, with their `error` in a .csv"), "{}", text(&output.stderr));
+    for part in [" more, with their `error` in a .csv", "by how brackets narrow --cells ", " would do, and all meet --tolerance "]
+    {
+        assert!(text(&output.stderr).contains(part), "{part}: {}", text(&output.stderr));
+    }
 }
 
 #[test]
@@ -118,18 +121,6 @@ fn an_interrupted_run_goes_on_to_the_same_bytes() {
     let other = run("0.04");
     assert_eq!(other.status.code(), Some(2));
     assert!(text(&other.stderr).contains("other settings"), "{}", text(&other.stderr));
-    fs::write(&kept, "{}\n").unwrap();
-    assert!(text(&run("0.05").stderr).contains("line 1 is none of --resume"));
-}
-
-#[test]
-fn one_factor_is_known_to_many_digits() {
-    let arguments = ["factors", ROOM, "--from", "room_top", "--to", "floor", "--digits", "3", "--tolerance", "0.05", "--summary"];
-    let output = radgrad(&arguments);
-    let found: Value = serde_json::from_slice(&output.stdout).unwrap_or_else(|_| panic!("{}", text(&output.stderr)));
-    let number = |name: &str| found[name].as_f64().unwrap();
-    assert!(number("lower") <= number("factor") && number("factor") <= number("upper"), "{found}");
-    assert_eq!(output.status.code(), Some(0), "{found}");
 }
 
 #[test]

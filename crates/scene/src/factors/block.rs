@@ -57,6 +57,22 @@ impl FormFactors<'_> {
         Ok(FactorBlock { rows, pairs })
     }
 
+    /// How many later ones of [`Self::faces`] each of some of them may see, by their places in it: the pairs that [`Self::block`] computes for
+    /// these rows, counted without computing any.
+    ///
+    /// # Errors
+    /// If there is no such row.
+    pub fn sightings(&self, rows: &[usize]) -> Result<Vec<usize>, Error> {
+        let all = self.faces();
+        if let Some(row) = rows.iter().find(|&&row| row >= all.len()) {
+            return Err(Error::expected(format!("rows below {}", all.len()), row.to_string()));
+        }
+        let mut has_factors = vec![false; self.emitters.len()];
+        all.iter().for_each(|&face| has_factors[face] = true);
+        let wanted = Wanted::new(self.index.order(), has_factors);
+        Ok(rows.par_iter().with_max_len(1).map(|&row| self.may_see(all[row], &wanted).len()).collect())
+    }
+
     /// The matrix of blocks that have every row once, in any order: to the last digit that of [`Self::matrix`].
     ///
     /// # Errors

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::hiding::Wanted;
 use super::pair::Known;
-use super::{FactorSettings, FormFactors, larger};
+use super::{FactorSettings, FormFactors, larger, smaller};
 use crate::{Error, Scene};
 
 /// A factor of a row.
@@ -220,14 +220,14 @@ impl FormFactors<'_> {
         all.iter().for_each(|&face| role[face] = Role::Outside);
         faces.iter().for_each(|&face| role[face] = Role::HasRow);
         let mut is_computed = vec![false; self.emitters.len()];
-        for ComputedRow { face, pairs } in &computed {
-            let of = |face: u32| role.get(face as usize).copied();
-            let are_known = pairs.iter().all(|(other, _)| matches!(of(*other), Some(Role::HasRow | Role::Outside)));
-            if of(*face) != Some(Role::HasRow) || !are_known || is_computed[*face as usize] {
-                let found = format!("a row of face {face}, twice or with others than they are");
+        for row in &computed {
+            let is_new = role.get(row.face()) == Some(&Role::HasRow) && !is_computed[row.face()];
+            if !is_new {
+                let found = format!("a row of face {}, twice or of another block", row.face);
                 return Err(Error::expected("computed rows of this block, each once", found));
             }
-            is_computed[*face as usize] = true;
+            self.check(row, &role)?;
+            is_computed[row.face()] = true;
         }
         let rest: Vec<usize> = faces.iter().copied().filter(|&face| !is_computed[face]).collect();
         // Pairs within the block belong to the lower face.
@@ -250,6 +250,41 @@ impl FormFactors<'_> {
         let mut pairs: Vec<Pair> = computed.into_iter().chain(found).flat_map(of_row).collect();
         pairs.par_sort_unstable_by_key(|pair| pair.faces);
         self.of_pairs(faces.to_vec(), pairs)
+    }
+
+    /// Refuses a computed row with a pair that a run does not leave: of another row, twice, or with figures that are none of an
+    /// exchange.
+    fn check(&self, row: &ComputedRow, role: &[Role]) -> Result<(), Error> {
+        let from = row.face();
+        let mut others = Vec::with_capacity(row.pairs.len());
+        for &(other, known) in &row.pairs {
+            let to = other as usize;
+            let refuse = |rule: &str, found: String| {
+                Err(Error::expected(rule, format!("{found} in the row of face {from}, to face {to}")))
+            };
+            // Pairs within the block belong to the lower face.
+            match role.get(to) {
+                Some(Role::Outside) => {}
+                Some(Role::HasRow) if to > from => {}
+                _ => return refuse("a computed row with the pairs that belong to it", "another".to_owned()),
+            }
+            let Known { value, least, most, estimate, .. } = known;
+            let area = smaller(self.scaled(from).area(), self.scaled(to).area());
+            let is_bracket = 0.0 <= least && least <= value && value <= most && most <= area * (1.0 + 1e-14);
+            if !(is_bracket && estimate >= 0.0 && estimate.is_finite()) {
+                let rule =
+                    format!("a computed exchange inside its bracket, from 0 to the smaller area, {area}, with its estimate");
+                return refuse(&rule, format!("{value} in [{least}, {most}], off by {estimate}"));
+            }
+            others.push(other);
+        }
+        others.sort_unstable();
+        match others.windows(2).find(|two| two[0] == two[1]) {
+            Some(two) => {
+                Err(Error::expected("each pair of a computed row once", format!("face {} twice in that of face {from}", two[0])))
+            }
+            None => Ok(()),
+        }
     }
 
     /// The matrix of these rows and pairs, which are sorted.
