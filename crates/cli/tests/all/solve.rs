@@ -154,7 +154,7 @@ fn what_has_no_answer_is_refused_with_its_faces() {
         assert_eq!((output.status.code(), output.stdout.len()), (Some(2), 0));
         String::from_utf8(output.stderr).unwrap()
     };
-    let rug = format!("{SQUARES}g rug\nv .2 .2 0\nv .4 .2 0\nv .3 .5 0\nf 9 10 11\n");
+    let rug = format!("{SQUARES}g rug\nv .2 .2 0\nv 1.4 .2 0\nv .3 .5 0\nf 9 10 11\n");
     let said = refused(&rug.replace("f 1 2 3 4", "g floor\nf 1 2 3 4"), WHITE);
     assert!(
         said.contains("face 0 of `floor` (squares.obj:8) and face 2 of `rug` (squares.obj:18) overlap in one plane"),

@@ -109,7 +109,9 @@ impl Prepared {
         let placement = Placement::of(scene);
         let ready = scene.placed(&placement)?;
         let index = Occluders::new(ready.polygons());
-        let pairs = overlaps::pairs(&ready, &index, ready.modelling.precision);
+        // What was cut far away has corners that were rounded there.
+        let rounding = 4.0 * f64::EPSILON * placement.centre.abs().max_element() * placement.power;
+        let pairs = overlaps::pairs(&ready, &index, ready.modelling.precision + rounding);
         overlaps::refused(pairs.iter().map(|pair| pair.named(scene, |at| placement.outward(at))))?;
         let mut warnings: Vec<Warning> = coarse(scene).into_iter().collect();
         warnings.extend(ready.unlit(&index));

@@ -344,4 +344,10 @@ fn any_unit_and_any_place_give_the_same_pieces() {
     for by in scales {
         assert_eq!(pieces(by), expected);
     }
+    // Far away, where corners are rounded.
+    let lozenge = vec![[1.0, 1.1], [2.0, 0.3], [3.1, 1.2], [2.2, 2.3]];
+    let faces = [("wall", 0.0, board([0.0, 4.0], [0.0, 3.0])), ("window", 0.0, lozenge)];
+    let mut given = scene(&faces, |[x, y]| DVec3::new(1e6 + x, -3e6 + y, 2.0));
+    resolve(&mut given, 0.0, Overlaps::default()).unwrap();
+    Prepared::of(&given).unwrap();
 }
