@@ -417,7 +417,7 @@ impl Scene {
         self.faces.iter().map(Face::polygon)
     }
 
-    /// The reader's changes and omissions, in the order of the file.
+    /// What was changed or left out: what the reader met, in the order of the file, and then what became of faces.
     #[must_use]
     pub fn notes(&self) -> &[Note] {
         &self.notes

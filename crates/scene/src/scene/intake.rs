@@ -234,8 +234,15 @@ impl Intake {
         let rounding = self.reading.precision.unwrap_or_else(|| self.written.rounding());
         Assembly { scene: &mut scene, budget: &self.budget, degenerate: self.reading.degenerate }.add(self.given, rounding)?;
         if scene.faces.is_empty() {
-            let left_out = scene.notes.iter().any(|note| matches!(note, Note::LeftOut { .. }));
-            let found = if left_out { "only such as were left out" } else { "none" };
+            let first = scene.notes.iter().find_map(|note| match note {
+                Note::LeftOut { place, reason, .. } => Some((place.clone(), reason)),
+                _ => None,
+            });
+            let (place, found) = match first {
+                Some((place, Some(reason))) => (place, format!("none: {reason}")),
+                Some((place, None)) => (place, "none that is wider than its coordinates are rounded".to_owned()),
+                None => (place, "none".to_owned()),
+            };
             return Err(Error::expected("at least one face", found).at(place));
         }
         scene.leave_out_empty_surfaces();
