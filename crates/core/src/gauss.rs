@@ -19,6 +19,7 @@ mod square;
 mod sums;
 mod triangle;
 
+use radgrad_numbers::effort;
 use radgrad_numbers::number::ROUNDOFF;
 
 use crate::boundary::plan::{Horizon, Plan};
@@ -31,6 +32,10 @@ use crate::problem::receiver::Receiver;
 
 /// The truncation of a triangle, relative to its expected value and gradient, that is not worth another node: a quarter of a roundoff.
 pub(crate) const FULL_PRECISION: f64 = 0.25 * ROUNDOFF;
+
+/// Nodes that cost nothing worth counting beside what else an answer takes, and the operations of one.
+const MANY: usize = 1 << 14;
+const OF_A_NODE: u64 = 16;
 
 /// The integral by a rule with at most `most` nodes, of which the truncation is about `enough` or less, relative, where the emission
 /// is nowhere negative, and of [`FULL_PRECISION`] elsewhere; `None` if it takes more nodes, or the emitter is too near for any rule.
@@ -83,7 +88,7 @@ impl<'a> Scene<'a> {
             let (shape, seen) = triangle(corners);
             let rule = self.rule(&shape, &seen)?;
             nodes += rule.nodes();
-            if nodes > most {
+            if nodes > most || nodes > MANY && !effort::spend(OF_A_NODE * rule.nodes() as u64) {
                 return None;
             }
             sum.add(self.integral(&Triangle { shape: &shape, seen: &seen, rule }), additions);

@@ -58,5 +58,6 @@ pub use problem::emission::{Emission, Emitter, Linear};
 pub use problem::polygon::Polygon;
 pub use problem::polynomial::{Monomial, Polynomial};
 pub use problem::receiver::Receiver;
+pub use radgrad_numbers::effort;
 #[doc(hidden)]
 pub use radgrad_numbers::mutant;

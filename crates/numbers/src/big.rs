@@ -23,6 +23,7 @@ use crate::big::float::{NEAREST, exact, exact_sum, nearest_double, shifted, spli
 use crate::big::magnitude::Magnitude;
 use crate::big::series::Coefficients;
 use crate::double_double::DoubleDouble;
+use crate::effort;
 use crate::number::Number;
 use crate::radius::Radius;
 
@@ -70,8 +71,9 @@ pub(crate) fn with_bits<R>(bits: usize, computation: impl FnOnce() -> R) -> R {
 }
 
 /// The same within an effort: `None` where it would have taken more. From there on the computation goes on without computing
-/// anything, so that it ends soon, and what it found is dropped.
+/// anything, so that it ends soon, and what it found is dropped. It is a part of the effort of its thread ([`effort`]), and ends with that.
 pub fn within<R>(bits: usize, limit: u64, computation: impl FnOnce() -> R) -> (Option<R>, Spent) {
+    let limit = limit.min(effort::left());
     ARENA.with_borrow_mut(|arena| {
         arena.bits = bits.next_multiple_of(64);
         (arena.spent, arena.limit) = (0, limit);
@@ -79,7 +81,10 @@ pub fn within<R>(bits: usize, limit: u64, computation: impl FnOnce() -> R) -> (O
     let _clear = Clear;
     let result = computation();
     let (bits, effort) = ARENA.with_borrow(|arena| (arena.bits, arena.spent));
-    ((effort <= limit).then_some(result), Spent { bits, effort })
+    let is_whole = effort <= limit && !effort::is_over();
+    // Not more than there is: who asks for less is answered by what was found with fewer bits.
+    effort::spend(effort.min(limit));
+    (is_whole.then_some(result), Spent { bits, effort })
 }
 
 /// The cost of a computation.

@@ -46,6 +46,7 @@ pub mod big;
 pub mod dilogarithm;
 pub mod double_double;
 pub mod double_double_on_lanes;
+pub mod effort;
 pub mod exact;
 pub mod lanes;
 pub mod logarithm;

@@ -25,6 +25,7 @@ pub(crate) mod uncertainty;
 use std::cmp::Reverse;
 
 use glam::DVec3;
+use radgrad_numbers::effort;
 use radgrad_numbers::real::{RadiusOf, Real};
 
 use crate::boundary::arc::Arc;
@@ -124,6 +125,10 @@ struct Visible<T: Real> {
     uncertainty: Uncertainty<RadiusOf<T>>,
 }
 
+/// Operations of a look whether an occluder may hide some of a part, and of the comparison of a corner with a side of its shadow.
+const LOOK: u64 = 8;
+const CUT: u64 = 64;
+
 /// The visible parts; `None` where surely nothing is visible.
 fn visible<T: Real>(receiver: &Receiver, emitter: &Emitter, occluders: &[&Polygon], plan: &Plan) -> Option<Visible<T>> {
     let mut subtraction = Subtraction::<T>::new(receiver, emitter, plan);
@@ -132,7 +137,7 @@ fn visible<T: Real>(receiver: &Receiver, emitter: &Emitter, occluders: &[&Polygo
         .filter_map(|indices| subtraction.part_above_horizon(emitter.polygon(), indices))
         .collect();
     for screen in in_the_way(receiver, emitter.polygon(), occluders, plan, &parts) {
-        if parts.is_empty() {
+        if parts.is_empty() || !effort::spend(LOOK * parts.len() as u64) {
             break;
         }
         if parts.iter().all(|part| screen.misses(&part.cone)) {
@@ -150,6 +155,7 @@ fn visible<T: Real>(receiver: &Receiver, emitter: &Emitter, occluders: &[&Polygo
             if screen.cone.misses(&part.cone) || shadow.misses(&part, &subtraction.sides) {
                 lit.push(part);
             } else {
+                effort::spend(CUT * (part.corners.len() * shadow.lines.len()) as u64);
                 subtraction.subtract(part, &shadow, &mut lit);
             }
         }

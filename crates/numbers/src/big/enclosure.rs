@@ -114,7 +114,7 @@ fn refined_within<R>(
 ) -> Outcome<R> {
     let mut outcome = Outcome::TooDear;
     let mut before = Magnitude::from(f64::INFINITY);
-    let (mut left, mut last) = (effort, None);
+    let (mut left, mut last) = (effort.min(crate::effort::left()), None);
     for bits in precisions {
         // The effort of as many operations with more bits is known before they are done.
         if last.is_some_and(|spent: Spent| spent.with_bits(bits) > left) {

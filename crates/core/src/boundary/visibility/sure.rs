@@ -36,6 +36,7 @@ use std::cell::OnceCell;
 use std::ops::Range;
 
 use glam::DVec3;
+use radgrad_numbers::effort;
 use radgrad_numbers::number::ROUNDOFF;
 use radgrad_numbers::real::Real;
 use radgrad_numbers::vec3::Vec3;
@@ -69,6 +70,10 @@ const ORDINARY: Range<f64> = LEAST_MOMENT..1.0 / LEAST_MOMENT;
 
 /// Largest spread with which anything is sure.
 const MOST_SPREAD: f64 = 1e-6;
+
+/// Operations of cutting a piece by a shadow, and looks whether two shadows meet that cost as much.
+const CUT: u64 = 128;
+const MANY_LOOKS: usize = 16;
 
 /// A direction, through a point on its ray.
 #[derive(Debug, Clone, Copy)]
@@ -330,11 +335,17 @@ impl<'a> Visible<'a> {
         Ok(())
     }
 
+    /// Pays for cutting a piece by so many shadows: where nothing is left to pay with, nothing is sure.
+    fn pay(shadows: usize) -> Result<(), Unsure> {
+        if effort::spend(CUT * shadows as u64) { Ok(()) } else { Err(Unsure) }
+    }
+
     /// Adds the pieces that bound the visible part.
     fn add_pieces(&mut self, emitter: &Cone, shadows: &[Cone]) -> Result<(), Unsure> {
         let (mut pieces, mut left) = (Pieces::new(), Pieces::new());
         for piece in emitter.pieces() {
             pieces.push(piece);
+            Self::pay(shadows.len())?;
             for shadow in shadows {
                 for piece in pieces.drain(..) {
                     self.subtract(piece, shadow, |is_same_way| is_same_way, &mut left)?;
@@ -343,12 +354,14 @@ impl<'a> Visible<'a> {
             }
             self.pieces.extend(pieces.drain(..));
         }
+        Self::pay(shadows.len() * shadows.len() / MANY_LOOKS)?;
         for (number, shadow) in shadows.iter().enumerate() {
             let is_near = |other: &Cone| !CircularCone::are_apart(shadow.around, other.around);
             let others: SmallVec<[usize; 16]> = (0..shadows.len()).filter(|&k| k != number && is_near(&shadows[k])).collect();
             for piece in shadow.pieces() {
                 let Some((piece, None)) = self.within(piece, emitter)? else { continue };
                 pieces.push(piece);
+                Self::pay(others.len())?;
                 for &other in &others {
                     for piece in pieces.drain(..) {
                         self.subtract(piece, &shadows[other], |is_same_way| !is_same_way || other < number, &mut left)?;
