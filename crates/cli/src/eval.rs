@@ -2,17 +2,15 @@
 //!
 //! Lines are taken as many at a time as the input has ready, up to the size of one buffer, answered on all cores, and written
 //! before more are read: memory is bounded by the buffer and the longest line, and a program that sends one case and waits gets
-//! its answer. Each line has a time of its own, so that none holds up the rest for longer.
-
-mod pool;
+//! its answer. Each line may take so many operations, so that none holds up the rest for longer: whether it has an answer does not
+//! depend on what else the machine does.
 
 use std::io::{self, BufRead, BufReader, Read, Write};
-use std::time::Duration;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use radgrad_scene::Error;
 use radgrad_scene::case::{Id, Line, Refusal};
-
-use pool::Pool;
+use rayon::prelude::*;
 
 /// Bytes read at a time: some 400 cases of a triangle, enough work for every core between two reads.
 const BUFFER: usize = 1 << 18;
@@ -56,12 +54,18 @@ struct Reply {
     refused: bool,
 }
 
-/// Answers every line of `input` on `output`, each in `patience`, with second derivatives if that is asked for. A reader that has seen enough and closes `output` ends the work,
-/// without an error.
-pub(crate) fn answer_all(input: impl Read, mut output: impl Write, patience: Duration, hessian: bool) -> Result<Tally, Failure> {
+/// What lines may take, and are asked for beside what they ask for themselves.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Asked {
+    /// Operations a line.
+    pub(crate) effort: u64,
+    /// Second derivatives.
+    pub(crate) hessian: bool,
+}
+
+/// Answers every line of `input` on `output`. A reader that has seen enough and closes `output` ends the work, without an error.
+pub(crate) fn answer_all(input: impl Read, mut output: impl Write, asked: Asked) -> Result<Tally, Failure> {
     let mut reader = BufReader::with_capacity(BUFFER, input);
-    let answer = if hessian { reply::<true> } else { reply::<false> };
-    let mut pool: Pool<Input, Option<Reply>> = Pool::new(answer, refusal, patience);
     let (mut tally, mut first) = (Tally::default(), 1);
     loop {
         let lines = ready_lines(&mut reader).map_err(Failure::Read)?;
@@ -69,10 +73,11 @@ pub(crate) fn answer_all(input: impl Read, mut output: impl Write, patience: Dur
             return Ok(tally);
         }
         let count = lines.len();
-        let batch = pool.answer(first, lines);
+        let numbered = lines.par_iter().enumerate().map(|(index, line)| safe_reply(first + index, line, asked));
+        let replies: Vec<Option<Reply>> = numbered.collect();
         first += count;
         let mut text = Vec::new();
-        for reply in batch.replies().flatten() {
+        for reply in replies.into_iter().flatten() {
             tally.lines += 1;
             tally.refused += usize::from(reply.refused);
             text.extend_from_slice(&reply.text);
@@ -120,21 +125,19 @@ fn next_line(reader: &mut impl BufRead) -> io::Result<Option<Input>> {
     }
 }
 
-/// The reply to line `number`; none to a blank one.
-fn reply<const HESSIAN: bool>(number: usize, line: &Input) -> Option<Reply> {
-    match line {
-        Input::TooLong(_) => refusal(number, line, Error::TooLong { bytes: LONGEST_LINE }),
-        Input::Text(text) => match Line::read(number, text)?.and_then(|line| wanting::<HESSIAN>(line).answer()) {
-            Ok(answer) => Some(Reply::new(&answer, false)),
-            Err(refusal) => Some(Reply::new(&refusal, true)),
-        },
-    }
+/// The reply to line `number`; none to a blank one. A fault of the program costs its own line only.
+fn safe_reply(number: usize, line: &Input, asked: Asked) -> Option<Reply> {
+    let answered = catch_unwind(AssertUnwindSafe(|| reply(number, line, asked)));
+    answered.unwrap_or_else(|_| refusal(number, line, Error::Fault))
 }
 
-/// The line, as if it asked for second derivatives itself.
-fn wanting<const HESSIAN: bool>(mut line: Line) -> Line {
-    line.wanted.hessian |= HESSIAN;
-    line
+fn reply(number: usize, line: &Input, asked: Asked) -> Option<Reply> {
+    let Input::Text(text) = line else { return refusal(number, line, Error::TooLong { bytes: LONGEST_LINE }) };
+    let answer = Line::read(number, text)?.and_then(|mut line| {
+        line.wanted.hessian |= asked.hessian;
+        line.answer_within(asked.effort)
+    });
+    Some(answer.map_or_else(|refusal| Reply::new(&refusal, true), |answer| Reply::new(&answer, false)))
 }
 
 fn refusal(number: usize, line: &Input, error: Error) -> Option<Reply> {
@@ -154,6 +157,8 @@ impl Reply {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    const ASKED: Asked = Asked { effort: 1_000_000_000, hessian: false };
 
     /// Gives one byte a call, like a program that sends slowly.
     struct Trickle<'a> {
@@ -219,14 +224,33 @@ mod tests {
     fn a_line_that_is_too_long_costs_itself_only() {
         let long = [b"{\"id\":7,".as_slice(), &b" ".repeat(LONGEST_LINE), b"\nnonsense\n"].concat();
         let mut output = Vec::new();
-        let tally = answer_all(long.as_slice(), &mut output, Duration::from_secs(60), false).unwrap();
+        let tally = answer_all(long.as_slice(), &mut output, ASKED).unwrap();
         assert_eq!(tally, Tally { lines: 2, refused: 2 });
         let lines: Vec<serde_json::Value> =
             output.split(|&byte| byte == b'\n').filter(|l| !l.is_empty()).map(|l| serde_json::from_slice(l).unwrap()).collect();
         assert_eq!((&lines[0]["id"], &lines[0]["error"]), (&7.into(), &"a line has at most 16 MiB, this one more".into()));
         assert_eq!(lines[1]["line"], 2);
-        let endless = answer_all(io::repeat(b'x'), io::sink(), Duration::from_secs(60), false);
+        let endless = answer_all(io::repeat(b'x'), io::sink(), ASKED);
         assert!(matches!(endless, Err(Failure::Read(_))));
+    }
+
+    #[test]
+    fn a_line_that_takes_too_many_operations_is_refused_by_their_count_and_costs_itself_only() {
+        let lamp = |vertices: &str| {
+            format!(
+                r#"{{"id":1,"receiver":{{"position":[0,0,0],"normal":[0,0,1]}},"emitter":{{"vertices":[{vertices}],"emission":{{"constant":1}}}}}}"#
+            )
+        };
+        let many: Vec<String> = (0..50_000).map(|k| format!("[{k},{},1]", k * k)).collect();
+        let text = [lamp(&many.join(",")), lamp("[0,0,1],[0,1,1],[1,0,1]")].join("\n");
+        let mut output = Vec::new();
+        let tally = answer_all(text.as_bytes(), &mut output, ASKED).unwrap();
+        assert_eq!(tally, Tally { lines: 2, refused: 1 });
+        let said = String::from_utf8(output).unwrap();
+        assert!(
+            said.contains("it takes at least 5.00e9 operations, and a line may take 1.00e9") && said.contains("radiosity"),
+            "{said}"
+        );
     }
 
     #[test]
@@ -234,7 +258,7 @@ mod tests {
         let line = [b"x".repeat(99).as_slice(), b"\n"].concat();
         let text = line.repeat(4 * BUFFER / line.len());
         for kind in [io::ErrorKind::BrokenPipe, io::ErrorKind::StorageFull] {
-            let result = answer_all(text.as_slice(), Closing { kind, written: Vec::new() }, Duration::from_secs(60), false);
+            let result = answer_all(text.as_slice(), Closing { kind, written: Vec::new() }, ASKED);
             match kind {
                 io::ErrorKind::BrokenPipe => assert!(result.unwrap().lines < 3 * BUFFER / line.len()),
                 _ => assert!(matches!(result, Err(Failure::Write(_)))),

@@ -22,12 +22,11 @@ use std::fmt::Display;
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
-use std::time::Duration;
 
 use clap::{CommandFactory, Parser, Subcommand};
 use clap_complete::Shell;
 
-use eval::{Failure, Tally};
+use eval::{Asked, Failure, Tally};
 use say::say;
 
 const EXIT_STATUS: &str = "Exit status:
@@ -53,9 +52,10 @@ enum Command {
     Eval {
         /// File of cases, `-` for the standard input.
         file: PathBuf,
-        /// Seconds that one line may take: then it is refused, and the next ones are answered.
-        #[arg(long, default_value = "2", value_parser = solve::seconds)]
-        seconds: Duration,
+        /// Operations that one line may take: a line that takes more is refused, and the next ones are answered; a billion takes up to a
+        /// second.
+        #[arg(long, value_name = "OPERATIONS", default_value = "8e9", value_parser = operations)]
+        effort: u64,
         /// Second derivatives too, in every line, as `"hessian": true` asks for them in one.
         #[arg(long)]
         hessian: bool,
@@ -108,7 +108,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         return refused(error);
     }
     match arguments.command {
-        Command::Eval { file, seconds, hessian } => answer(&file, seconds, hessian),
+        Command::Eval { file, effort, hessian } => answer(&file, Asked { effort, hessian }),
         #[cfg(feature = "audit")]
         Command::Audit(arguments) => audit::run(&arguments).map_or_else(refused, |held| u8::from(!held)),
         #[cfg(not(feature = "audit"))]
@@ -126,8 +126,8 @@ fn refused(failure: impl Display) -> u8 {
     2
 }
 
-fn answer(file: &Path, seconds: Duration, hessian: bool) -> u8 {
-    match eval(file, seconds, hessian) {
+fn answer(file: &Path, asked: Asked) -> u8 {
+    match eval(file, asked) {
         Ok(tally) => {
             if tally.refused > 0 {
                 say(format_args!("{} of {} cases refused: see their `error`", tally.refused, tally.lines));
@@ -141,8 +141,18 @@ fn answer(file: &Path, seconds: Duration, hessian: bool) -> u8 {
     }
 }
 
-fn eval(file: &Path, seconds: Duration, hessian: bool) -> Result<Tally, Failure> {
+/// A count of operations, as `8e9` too.
+fn operations(text: &str) -> Result<u64, String> {
+    let value: f64 = text.parse().map_err(|_| format!("expected a number of operations, such as 8e9, found `{text}`"))?;
+    if (1.0..=1e18).contains(&value) {
+        Ok(value as u64)
+    } else {
+        Err(format!("{value:e} operations: they are between 1 and 1e18"))
+    }
+}
+
+fn eval(file: &Path, asked: Asked) -> Result<Tally, Failure> {
     let input: Box<dyn Read> =
         if file == Path::new("-") { Box::new(io::stdin().lock()) } else { Box::new(File::open(file).map_err(Failure::Read)?) };
-    eval::answer_all(input, io::stdout().lock(), seconds, hessian)
+    eval::answer_all(input, io::stdout().lock(), asked)
 }

@@ -24,7 +24,7 @@ mod point;
 
 use std::io::{self, BufRead};
 
-use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver};
+use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver, effort};
 use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 
@@ -247,9 +247,44 @@ impl Line {
         let Self { number, case, wanted } = self;
         reply(&case, wanted).map_err(|error| Refusal { id: Some(case.id), line: number, error })
     }
+
+    /// The same within so many operations, counted as [`radgrad_core::effort`] does: whether there is an answer depends on the line alone,
+    /// and on no clock.
+    ///
+    /// ```
+    /// use radgrad_scene::case::Line;
+    /// let line = br#"{"id":1,"receiver":{"position":[0,0,0],"normal":[0,0,1]},
+    ///     "emitter":{"vertices":[[0,0,1],[0,1,1],[1,0,1]],"emission":{"expression":"exp(x)"}}}"#;
+    /// let line = Line::read(1, line).unwrap()?;
+    /// assert!(line.clone().answer_within(1_000_000_000).is_ok());
+    /// assert!(line.answer_within(100_000).unwrap_err().error.to_string().contains("a line may take 1.00e5"));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As for [`Self::answer`], and [`Error::Effort`].
+    pub fn answer_within(self, operations: u64) -> Result<Reply, Refusal> {
+        let (line, id) = (self.number, self.case.id.clone());
+        let (answer, needed) = effort::within(operations, || self.answer());
+        let error = Error::Effort { needed: needed as f64, limit: operations as f64 };
+        answer.unwrap_or(Err(Refusal { id: Some(id), line, error }))
+    }
+}
+
+/// Operations of the comparison of two edges of a polygon, each with each other.
+const OF_TWO_EDGES: u64 = 4;
+
+/// The operations of checking the polygons of a case: known before they are done.
+fn of_polygons(case: &Case) -> u64 {
+    let counts = std::iter::once(&case.emitter.vertices).chain(&case.occluders).map(|vertices| vertices.len() as u64);
+    counts.map(|count| OF_TWO_EDGES * count * count / 2).sum()
 }
 
 fn reply(case: &Case, wanted: Wanted) -> Result<Reply, Error> {
+    if !effort::spend(of_polygons(case)) {
+        // Whoever set the limit drops this, and says what it takes.
+        return Err(Error::Fault);
+    }
     let is_finer = 0.0 < case.tolerance && case.tolerance < ROUNDING;
     match wanted.digits {
         None if is_finer => return Err(Error::TooFine { tolerance: case.tolerance, digits: digits_of(case.tolerance) }),

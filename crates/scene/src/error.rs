@@ -119,11 +119,16 @@ pub enum Error {
         /// Its fault.
         rule: &'static str,
     },
-    /// A case took too long.
-    #[error("no answer within {seconds} s: ask for a wider tolerance, or allow more time")]
-    Time {
-        /// Seconds that it had.
-        seconds: f64,
+    /// A case takes more than it may.
+    #[error(
+        "it takes at least {needed:.2e} operations, and a line may take {limit:.2e}: ask for a wider tolerance, give fewer vertices and \
+         occluders, or allow more effort"
+    )]
+    Effort {
+        /// Operations that it is known to take.
+        needed: f64,
+        /// Operations that it may take.
+        limit: f64,
     },
     /// A line has more bytes than lines may have.
     #[error("a line has at most {}, this one more", Bytes(*bytes as u64))]

@@ -12,7 +12,7 @@
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
-use radgrad_core::{DVec3, Emission, Emitter, Method, Polygon, Polynomial, Receiver, evaluate_to};
+use radgrad_core::{DVec3, Emission, Emitter, Method, Polygon, Polynomial, Receiver, effort, evaluate_to};
 
 use super::expression::Expression;
 use crate::{Error, largest, triangulate};
@@ -22,6 +22,9 @@ const COARSE: usize = 4;
 
 /// Triangles that are evaluated before it is said that the tolerance was not reached.
 const MOST_TRIANGLES: usize = 4000;
+
+/// Operations of the integrals over a triangle in free sight.
+const OF_A_TRIANGLE: u64 = 400_000;
 
 /// The relative errors of values of the emission and of the integrand, above which it may be asked to come down.
 const ROUNDING: f64 = 1e-15;
@@ -137,7 +140,7 @@ pub(super) fn estimate(
         let met = sum.radiosity_estimate <= tolerance * limits[0] && sum.gradient_estimate <= tolerance * limits[1];
         let sizes = pieces.iter().fold([0.0; 2], |[r, g], p| [r + p.radiosity.abs(), g + p.gradient.length()]);
         let is_rounding = sum.radiosity_estimate <= ROUNDING * sizes[0] && sum.gradient_estimate <= ROUNDING * sizes[1];
-        if met || is_rounding || pieces.len() >= MOST_TRIANGLES {
+        if met || is_rounding || pieces.len() >= MOST_TRIANGLES || effort::is_over() {
             return task.in_unit(Estimate { converged: met, ..sum });
         }
         // As many at a time as are a fraction of all, so that the sums cost little beside the pieces.
@@ -191,6 +194,7 @@ impl<'a> Task<'a> {
     /// The integrals over a triangle; `None` if it is too small to be one.
     fn piece(&self, corners: [DVec3; 3]) -> Result<Option<Piece>, Error> {
         let Ok(triangle) = Polygon::new(corners.to_vec()) else { return Ok(None) };
+        effort::spend(OF_A_TRIANGLE);
         let mut answers = Vec::with_capacity(2);
         for degree in [FINE, COARSE] {
             let Some(polynomial) = self.polynomial(corners, degree)? else { return Ok(None) };
