@@ -4,7 +4,7 @@ use std::error::Error;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use indicatif::ProgressBar;
 use radgrad_audit::gates::Gates;
@@ -39,9 +39,9 @@ const STEP: u64 = 50;
 /// Scenes of each of its families that a fault is looked for in.
 const LOOKED_AT: usize = 4;
 
-/// Failing scenes that are shrunk, and for how long each.
+/// Failing scenes that are shrunk, and smaller ones that are tried for each.
 const SHRUNK: usize = 3;
-const PATIENCE: Duration = Duration::from_secs(20);
+const TRIES: usize = 60;
 
 /// `verify --scenes`: whether nothing is beyond its gate.
 pub(crate) fn run(arguments: &Arguments, gates: &Gates) -> Result<bool, Box<dyn Error>> {
@@ -256,12 +256,16 @@ fn shrink_some(violations: &[Violation], out: &Path) -> Result<(), Box<dyn Error
     }
     for Violation { name, subject, .. } in of_families.into_iter().take(SHRUNK) {
         let model = name.model();
-        let start = Instant::now();
+        let mut tries = 0;
         let fails = |smaller: &Model| {
+            tries += 1;
+            if tries > TRIES {
+                return false;
+            }
             let outcome = judge(smaller, *subject, &EFFORT);
             // A scene that became none does not show the fault that is sought.
             let same = matches!(outcome.ending, Ending::Judged(_) | Ending::Panicked | Ending::OtherDigits(..));
-            start.elapsed() < PATIENCE && same && outcome.fails(smaller)
+            same && outcome.fails(smaller)
         };
         let small = shrink(&model, fails);
         let files = write(&small, &name.to_string().replace(':', "-"), out)?;

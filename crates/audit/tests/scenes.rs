@@ -67,8 +67,7 @@ fn places(count: u32) -> impl Iterator<Item = [f64; 2]> {
 fn at_a_thousand_points_of_scenes_that_are_known_bounds_hold() {
     for name in ["furnace:1:0", "facing:1:0", "facing:1:1", "facing:1:2", "facing:1:3"] {
         let mut model = name.parse::<Name>().unwrap().model();
-        // Without a time: how well it does must not depend on what else the machine does.
-        model.ways = Ways { same_digits: true, ..Ways::default() };
+        model.ways = Ways::default();
         let count = model.parts.len();
         let at = |(index, [s, t]): (usize, [f64; 2])| {
             let corners = &model.parts[index % count].corners;

@@ -583,7 +583,6 @@ pub(super) fn scaled(s: &mut Sampler) -> Model {
     let mut model = ordinary(s);
     let exponent = [s.integer(-20, 20), s.integer(-300, 300), s.integer(-700, 700)][s.below(3) as usize];
     model.change = Change::Scale(power_of_two(exponent));
-    model.ways.same_digits = true;
     model.expected = Expected::Either;
     model
 }

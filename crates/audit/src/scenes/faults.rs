@@ -426,7 +426,7 @@ fn look(fault: Fault, controls: &[Control]) -> Found {
             let said: Vec<Statement> = control.judged.iter().map(|one| one.statement).collect();
             let said = if given == control.model {
                 said
-            } else if let (Said::Statements(said), _) = ask(&given, control.subject) {
+            } else if let Said::Statements(said) = ask(&given, control.subject) {
                 said
             } else {
                 continue;

@@ -20,8 +20,9 @@ use super::table::{median, write_rows};
 /// The part of its length that a gradient is asked to be known to.
 pub const WITHIN: f64 = 0.01;
 
-/// Time for an answer, and for a truth.
-const TIME: Duration = Duration::from_secs(20);
+/// Elements above which nothing is divided, in an answer and in a truth: effort is counted and not timed, so that what is found depends on
+/// the scene alone.
+const MOST_ELEMENTS: usize = 3000;
 
 /// Error asked of a truth, and the part of its length that the estimate of a true gradient is within where it is not rough.
 const TRUE: f64 = 1e-5;
@@ -87,8 +88,8 @@ pub fn of(model: &Model) -> Result<(Vec<Slope>, u64), String> {
     let asked = model.asked().map_err(|error| error.to_string())?;
     let (low, high) = scene.bounds().ok_or("no faces")?;
     let extent = (high - low).length();
-    let options = Options { time: Some(TIME), ..Options::default() };
-    let mut rounds = GradientRounds::new(&asked, WITHIN, options.error, TIME);
+    let options = Options { most_elements: MOST_ELEMENTS, ..Options::default() };
+    let mut rounds = GradientRounds::new(&asked, WITHIN, options.error, Duration::MAX);
     let beyond = Options { error: rounds.error(), ..options };
     let stated = solve(&scene, &beyond, |solution| rounds.next(solution)).map_err(|error| error.to_string())?;
     let truths: Vec<Vec<Option<DVec3>>> = match &model.exact {

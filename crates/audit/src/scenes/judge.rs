@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use radgrad_oracle::scene::{Effort, Known};
 
 use super::model::{Change, Expected, Model};
-use super::statement::{PATIENCE, Quantum, Said, Statement, Subject, ask};
+use super::statement::{Quantum, Said, Statement, Subject, ask};
 use super::truth::{Sharpness, Truth};
 
 /// Half-width of a truth, relative to the mean reflected radiosity and a hundredth of the mean emitted one (to 1 for form factors),
@@ -45,8 +45,6 @@ pub enum Ending {
     NotRefused,
     /// A panic.
     Panicked,
-    /// No answer in time.
-    Endless,
     /// Scaled by a power of two it has other digits: the first statement, and its value without the scale.
     OtherDigits(Statement, f64),
     /// The oracle has no truth of it, and why.
@@ -123,16 +121,16 @@ pub fn judge(model: &Model, subject: Subject, effort: &Effort) -> Outcome {
 /// The same with a truth so sharp.
 #[must_use]
 pub(crate) fn judge_as_sharply(model: &Model, subject: Subject, effort: (&Effort, Sharpness)) -> Outcome {
-    let (said, answer) = ask(model, subject);
     let start = Instant::now();
+    let said = ask(model, subject);
+    let answer = start.elapsed();
     let ending = match said {
         Said::Panicked => Ending::Panicked,
-        Said::Endless => Ending::Endless,
         Said::Refused(why) => Ending::Refused(why),
         Said::Statements(_) if model.expected == Expected::Refusal && subject == Subject::Solve => Ending::NotRefused,
         Said::Statements(statements) => of_statements(model, subject, &statements, effort),
     };
-    Outcome { ending, answer, truth: start.elapsed() }
+    Outcome { ending, answer, truth: start.elapsed().saturating_sub(answer) }
 }
 
 fn of_statements(model: &Model, subject: Subject, statements: &[Statement], effort: (&Effort, Sharpness)) -> Ending {
@@ -158,7 +156,7 @@ fn judged(model: &Model, subject: Subject, statements: &[Statement], effort: (&E
 /// A power of two in every length changes no digit.
 fn of_scaled(model: &Model, subject: Subject, statements: &[Statement], effort: (&Effort, Sharpness)) -> Ending {
     let unchanged = Model { change: Change::None, ..model.clone() };
-    if let (Said::Statements(before), _) = ask(&unchanged, subject) {
+    if let Said::Statements(before) = ask(&unchanged, subject) {
         let same = |(now, before): &(&Statement, &Statement)| now.value.to_bits() == before.value.to_bits();
         if let Some((now, before)) = statements.iter().zip(&before).find(|pair| !same(pair)) {
             return Ending::OtherDigits(*now, before.value);
@@ -174,7 +172,7 @@ impl Outcome {
         match &self.ending {
             Ending::Judged(all) => all.iter().any(|one| one.verdict == Verdict::Broken),
             Ending::Refused(_) => model.expected == Expected::Answer,
-            Ending::NotRefused | Ending::Panicked | Ending::Endless | Ending::OtherDigits(..) | Ending::NoTruth(_) => true,
+            Ending::NotRefused | Ending::Panicked | Ending::OtherDigits(..) | Ending::NoTruth(_) => true,
         }
     }
 
@@ -195,7 +193,6 @@ impl Outcome {
             Ending::Refused(_) => Vec::new(),
             Ending::NotRefused => vec!["answered, and must be refused".to_owned()],
             Ending::Panicked => vec!["panicked".to_owned()],
-            Ending::Endless => vec![format!("no answer in {} s", PATIENCE.as_secs())],
             Ending::OtherDigits(statement, before) => {
                 let Statement { of, value, .. } = statement;
                 vec![format!("{}: {value:e} where the scene without the power of two has {before:e}", of.name())]

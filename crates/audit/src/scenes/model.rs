@@ -111,9 +111,7 @@ pub struct Ways {
     pub linking: Linking,
     /// Whether the points are served.
     pub for_points: bool,
-    /// Whether the digits are held against those of another run, so that they must not depend on the time.
-    pub same_digits: bool,
-    /// Whether it has more time than others.
+    /// Whether it is given more effort than others.
     pub long: bool,
 }
 

@@ -1,13 +1,9 @@
 //! Statements of the solver, the form factors and the fields about a scene: each a value with a bound.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::mpsc;
-use std::thread;
-use std::time::{Duration, Instant};
 
 use radgrad_scene::{FactorSettings, FormFactors, Quantity, Scene};
 use radgrad_solver::{Ledger, Options, Solution, solve, solve_for};
-use rayon::ThreadPoolBuilder;
 
 use super::draw;
 use super::model::{Model, Part};
@@ -95,57 +91,39 @@ pub enum Said {
     Refused(String),
     /// A panic, which is a fault whatever was asked.
     Panicked,
-    /// No answer in [`PATIENCE`], which is a fault as well.
-    Endless,
 }
 
-/// How long an answer may take: a hundred times that which the solver is given, and more.
-pub const PATIENCE: Duration = Duration::from_secs(60);
-
-/// Seconds that the solver is given, for most scenes and for some.
-const SECONDS: f64 = 0.15;
-const MORE_SECONDS: f64 = 0.6;
-
-/// Elements above which it divides nothing: so that answers depend on the scene and not on the machine's mood.
-const MOST_ELEMENTS: usize = 1000;
-
-/// The same where digits are compared, which takes two answers that no time limits.
-const MOST_ELEMENTS_TWICE: usize = 250;
+/// The effort of the solver, for most scenes and for some: elements above which it divides nothing, and rounds. It is counted, so that
+/// answers depend on the scene and not on the machine's mood.
+const ELEMENTS: usize = 50;
+const MORE_ELEMENTS: usize = 200;
+const ROUNDS: usize = 3;
 
 /// Cells along a side of the face that a field is asked on.
 const CELLS: usize = 2;
 
-/// The statements about a scene, and how long they took.
+/// The statements about a scene.
 #[must_use]
-pub fn ask(model: &Model, subject: Subject) -> (Said, Duration) {
-    let start = Instant::now();
-    let given = model.clone();
-    let answer = move || -> Result<Vec<Statement>, String> {
-        let scene = given.scene().map_err(|error| error.to_string())?;
+pub fn ask(model: &Model, subject: Subject) -> Said {
+    let answer = || -> Result<Vec<Statement>, String> {
+        let scene = model.scene().map_err(|error| error.to_string())?;
         match subject {
             Subject::Solve => {
-                let asked = given.asked().map_err(|error| error.to_string())?;
-                let served = if given.ways.for_points { &asked[..] } else { &[] };
-                let solution = solve_for(&scene, &timed(&given), &[], served, |_| true).map_err(|error| error.to_string())?;
-                radiosities(&given, &solution)
+                let asked = model.asked().map_err(|error| error.to_string())?;
+                let served = if model.ways.for_points { &asked[..] } else { &[] };
+                let goes_on = |solution: &Solution| solution.progress().round < ROUNDS;
+                let solution = solve_for(&scene, &counted(model), &[], served, goes_on).map_err(|error| error.to_string())?;
+                radiosities(model, &solution)
             }
-            Subject::Factors => factors(&given, &scene),
-            Subject::Field => field(&given, &scene),
+            Subject::Factors => factors(model, &scene),
+            Subject::Field => field(model, &scene),
         }
     };
-    let (sender, receiver) = mpsc::channel();
-    // Threads that do not end are left behind: nothing ends them but the end of the program. No other answer waits for them.
-    thread::spawn(move || {
-        let own = || ThreadPoolBuilder::new().build().map_err(|error| error.to_string())?.install(answer);
-        let said = match catch_unwind(AssertUnwindSafe(own)) {
-            Ok(Ok(statements)) => Said::Statements(statements),
-            Ok(Err(why)) => Said::Refused(why),
-            Err(_) => Said::Panicked,
-        };
-        // Nobody may be waiting any more.
-        let _ = sender.send(said);
-    });
-    (receiver.recv_timeout(PATIENCE).unwrap_or(Said::Endless), start.elapsed())
+    match catch_unwind(AssertUnwindSafe(answer)) {
+        Ok(Ok(statements)) => Said::Statements(statements),
+        Ok(Err(why)) => Said::Refused(why),
+        Err(_) => Said::Panicked,
+    }
 }
 
 /// Elements above which nothing is divided where answers are recorded.
@@ -194,14 +172,12 @@ pub(crate) fn of_box(side: usize) -> Result<Vec<(f64, f64)>, String> {
 /// One in so many leaves is asked for.
 const STEP_OF_LEAVES: usize = 97;
 
-fn timed(model: &Model) -> Options {
+fn counted(model: &Model) -> Options {
     Options {
         error: model.error,
         degree: model.degree,
-        most_elements: if model.ways.same_digits { MOST_ELEMENTS_TWICE } else { MOST_ELEMENTS },
+        most_elements: if model.ways.long { MORE_ELEMENTS } else { ELEMENTS },
         first_elements: 1,
-        // Digits that are compared must not depend on the time.
-        time: (!model.ways.same_digits).then(|| Duration::from_secs_f64(if model.ways.long { MORE_SECONDS } else { SECONDS })),
         bound: model.ways.bound,
         marking: model.ways.marking,
         linking: model.ways.linking,

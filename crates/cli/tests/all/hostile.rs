@@ -1,9 +1,9 @@
-//! Files from strangers, and hasty hands: every run ends soon and in little memory, with a status from 0 to 2 and a sentence.
+//! Files from strangers, and hasty hands: every run ends, in little memory, with a status from 0 to 2 and a sentence.
 
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use crate::folder::Folder;
 
@@ -16,21 +16,17 @@ fn folder(name: &str) -> Folder {
 
 /// Runs the program in a folder to its end, which must come, and must not take more than 512 MiB.
 fn radgrad(folder: &Path, arguments: &[&str]) -> Output {
-    // A run of 5 s on a machine at rest may take longer on one that runs other tests.
-    const LONGEST: Duration = Duration::from_secs(30);
     const MOST_KILOBYTES: u64 = 512 << 10;
     let mut command = Command::new(env!("CARGO_BIN_EXE_radgrad"));
     command.current_dir(folder).args(arguments).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
     let mut child = command.spawn().unwrap();
-    let start = Instant::now();
     let status = format!("/proc/{}/status", child.id());
     while child.try_wait().unwrap().is_none() {
         let memory = fs::read_to_string(&status).unwrap_or_default();
         let peak = memory.lines().find_map(|line| line.strip_prefix("VmHWM:")?.trim().strip_suffix(" kB")?.parse::<u64>().ok());
-        let ok = start.elapsed() < LONGEST && peak.is_none_or(|peak| peak < MOST_KILOBYTES);
-        if !ok {
+        if peak.is_some_and(|peak| peak >= MOST_KILOBYTES) {
             child.kill().unwrap();
-            panic!("{arguments:?}: {:?}, {peak:?} kB", start.elapsed());
+            panic!("{arguments:?}: {peak:?} kB");
         }
         std::thread::sleep(Duration::from_millis(5));
     }
@@ -43,9 +39,10 @@ fn said(output: &Output) -> String {
 
 #[test]
 fn every_hostile_file_ends_with_a_status_and_a_sentence() {
-    let solve = |file: &'static str| vec!["solve", file, "--seconds", "2", "--error", "5%", "--summary"];
+    let solve =
+        |file: &'static str| vec!["solve", file, "--seconds", "1e6", "--most-elements", "200", "--error", "5%", "--summary"];
     let factors = |file: &'static str| vec!["factors", file, "--summary"];
-    let cases: [(Vec<&str>, i32, &str); 25] = [
+    let cases: [(Vec<&str>, i32, &str); 26] = [
         (solve("bomb_8192.obj"), 2, "texture `bomb_8192.png` of 8192 x 8192 texels: reading takes more than the 256 MiB"),
         (solve("vt_1e300.obj"), 2, "texels from its origin"),
         (solve("ke_1e308.obj"), 2, "radiance is 1"),
@@ -63,7 +60,8 @@ fn every_hostile_file_ends_with_a_status_and_a_sentence() {
         (solve("white.gltf"), 2, "--max-reflectance"),
         (vec!["solve", "white.gltf", "--max-reflectance", "0.95"], 0, "reflects more than 0.95: capped"),
         (vec!["solve", "lit.obj", "--points", "bad_utf8.jsonl", "--error", "5%"], 1, "1 points refused"),
-        (vec!["eval", "slow_eval_182.jsonl"], 1, ""),
+        (vec!["eval", "slow_eval_182.jsonl"], 0, ""),
+        (vec!["eval", "slow_eval_182.jsonl", "--effort", "10"], 1, "1 of 1 cases refused"),
         (vec!["eval", "below_range.jsonl"], 0, ""),
         (vec!["eval", "aff1.jsonl"], 1, "1 of 1 cases refused"),
         (vec!["eval", "misspelt.jsonl"], 1, "1 of 1 cases refused"),
@@ -79,8 +77,7 @@ fn every_hostile_file_ends_with_a_status_and_a_sentence() {
     for (arguments, status, sentence) in cases {
         let output = radgrad(Path::new(HOSTILE), &arguments);
         let stderr = said(&output);
-        let may_be_quick = arguments[1].starts_with("slow_eval") && output.status.code() == Some(0);
-        assert!(output.status.code() == Some(status) || may_be_quick, "{arguments:?}: {:?} {stderr}", output.status);
+        assert!(output.status.code() == Some(status), "{arguments:?}: {:?} {stderr}", output.status);
         assert!(stderr.contains(sentence), "{arguments:?}: {stderr}");
         assert!(!stderr.contains("panicked") && !stderr.contains("top:secret"), "{arguments:?}: {stderr}");
         assert!(!stderr.contains(|c: char| c.is_control() && c != '\n'), "{arguments:?}: {stderr:?}");
@@ -197,7 +194,7 @@ fn a_run_that_is_killed_leaves_no_part_of_a_file() {
         }
     }
     assert!(named <= 1, "{named} of 12 are left under another name");
-    assert_ne!(radgrad(&folder.0, &["solve", "lit.obj", "--seconds", "1", "--resume", "run.json"]).status.code(), Some(2));
+    assert_ne!(radgrad(&folder.0, &["solve", "lit.obj", "--most-elements", "1", "--resume", "run.json"]).status.code(), Some(2));
     // By the gradient faces are cut otherwise at first.
     let other = radgrad(&folder.0, &["solve", "lit.obj", "--divide", "gradient", "--resume", "run.json"]);
     assert_eq!(other.status.code(), Some(2));

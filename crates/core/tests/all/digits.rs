@@ -3,10 +3,13 @@
 
 use astro_float::{BigFloat, Consts, Radix, RoundingMode};
 use radgrad_core::{
-    DMat3, DVec3, Emission, Emitter, Error, MOST_DIGITS, Method, Polygon, PreciseAnswer, Receiver, evaluate, evaluate_digits,
-    evaluate_to,
+    DMat3, DVec3, Emission, Emitter, Error, MOST_DIGITS, Method, Polygon, PreciseAnswer, Receiver, effort, evaluate,
+    evaluate_digits, evaluate_to,
 };
 use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
+
+/// Of an answer that many digits do not help.
+const MOST_OPERATIONS: u64 = 1_000_000_000;
 
 const BITS: usize = 2048;
 const NEAREST: RoundingMode = RoundingMode::ToEven;
@@ -283,8 +286,9 @@ fn what_cancels_by_symmetry_is_zero_within_next_to_nothing_and_soon() {
     let square = Polygon::new(corners.to_vec()).unwrap();
     let odd = Emitter::new(square, Emission::gradient(-1.0, DVec3::X)).unwrap();
     let receiver = Receiver::new(DVec3::new(0.0, 0.2, 0.0), DVec3::Z, 1.0).unwrap();
-    let start = std::time::Instant::now();
-    let answer = evaluate(&receiver, &odd, &[]).unwrap();
+    // With all the bits it took 25 s, and 1e11 operations.
+    let (answer, operations) = effort::within(MOST_OPERATIONS, || evaluate(&receiver, &odd, &[]).unwrap());
+    let answer = answer.unwrap_or_else(|| panic!("{operations} operations"));
     assert!(answer.radiosity == 0.0 && answer.radiosity_error < 1e-100 && answer.gradient.x > 0.1, "{answer:?}");
     for digits in [10, 50, 200] {
         let answer = evaluate_digits(&receiver, &odd, &[], digits).unwrap();
@@ -292,13 +296,11 @@ fn what_cancels_by_symmetry_is_zero_within_next_to_nothing_and_soon() {
         assert!(answer.radiosity_error.parse::<f64>().unwrap() < 1e-100 && answer.bits <= 2048, "{answer:?}");
         assert!(answer.gradient[0].len() > digits as usize && answer.gradient_error.parse::<f64>().unwrap() > 0.0, "{answer:?}");
     }
-    // It took 25 s.
-    assert!(start.elapsed().as_secs_f64() < 4.0, "{:?}", start.elapsed());
 }
 
 /// Six hundred vertices of a lamp in contact at 1e-300: more bits than would be found in a few seconds.
 #[test]
-fn what_costs_much_ends_within_seconds() {
+fn what_costs_much_takes_no_more_than_is_allowed() {
     let count = 600;
     let vertex = |i: i32| {
         let turn = std::f64::consts::TAU * f64::from(i) / f64::from(count);
@@ -307,10 +309,12 @@ fn what_costs_much_ends_within_seconds() {
     let disc = Polygon::new((0..count).map(vertex).collect()).unwrap();
     let lamp = Emitter::new(disc, Emission::gradient(1e-280, DVec3::new(1.0, 0.5, 0.0))).unwrap();
     let receiver = Receiver::new(DVec3::new(0.0, 0.0, -1e-300), DVec3::new(1.0, 1e-290, 1e-300), 1.0).unwrap();
-    let start = std::time::Instant::now();
-    let answer = evaluate_to(&receiver, &lamp, &[], 1e-15).unwrap();
-    let elapsed = start.elapsed().as_secs_f64();
-    assert!(elapsed < 20.0 && answer.radiosity_error.is_finite(), "{elapsed} s: {answer:?}");
+    // As much as there may be for an answer, and two thousandth parts more for doubles; and where less is allowed it takes less.
+    for most in [16_032_000_000, MOST_OPERATIONS] {
+        let (answer, operations) = effort::within(most, || evaluate_to(&receiver, &lamp, &[], 1e-15).unwrap());
+        let answer = answer.unwrap_or_else(|| panic!("{operations} operations of {most}"));
+        assert!(answer.radiosity_error.is_finite(), "{operations} operations: {answer:?}");
+    }
 }
 
 /// Walls that stand on the receiver's floor, touch it with a corner, or go through it: exactly in its plane, or where rounding has put

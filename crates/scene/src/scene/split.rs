@@ -4,7 +4,7 @@
 //! from its first vertex, so that whoever writes a file knows the diagonals; else the ears are cut off one by one (Meisters
 //! 1975). Signs are exact, and no vertex is left out, so that neighbours keep their common edges.
 
-use radgrad_core::{DVec3, Polygon};
+use radgrad_core::{DVec3, Polygon, effort};
 use robust::{Coord, orient2d};
 
 use crate::projection::Projection;
@@ -25,6 +25,7 @@ pub fn triangles(vertices: &[DVec3]) -> Option<Vec<[usize; 3]>> {
     let mut rest: Vec<usize> = (0..count).collect();
     let corner = |rest: &[usize], k: usize| [rest[(k + rest.len() - 1) % rest.len()], rest[k], rest[(k + 1) % rest.len()]];
     let is_ear = |rest: &[usize], k: usize| {
+        effort::spend(rest.len() as u64);
         let [a, b, c] = corner(rest, k);
         let clear = |p: usize| turn(a, b, p) < 0.0 || turn(b, c, p) < 0.0 || turn(c, a, p) < 0.0;
         turn(a, b, c) > 0.0 && rest.iter().all(|&p| [a, b, c].contains(&p) || clear(p))

@@ -1,5 +1,3 @@
-use std::time::Duration;
-
 use radgrad_core::{DVec3, Polygon};
 use radgrad_scene::{Scene, largest};
 
@@ -168,7 +166,6 @@ fn on_no_receiver_is_more_of_reflected_light_left_out_than_is_proven() {
         let options = Options {
             error: 1.0,
             bound,
-            time: Some(Duration::from_secs(2)),
             first_elements,
             most_elements: 2 * first_elements,
             degree: Some(1 + case % 2),
