@@ -235,6 +235,25 @@ mod tests {
     }
 
     #[test]
+    fn a_line_that_takes_too_many_operations_is_refused_by_their_count_and_costs_itself_only() {
+        let lamp = |vertices: &str| {
+            format!(
+                r#"{{"id":1,"receiver":{{"position":[0,0,0],"normal":[0,0,1]}},"emitter":{{"vertices":[{vertices}],"emission":{{"constant":1}}}}}}"#
+            )
+        };
+        let many: Vec<String> = (0..50_000).map(|k| format!("[{k},{},1]", k * k)).collect();
+        let text = [lamp(&many.join(",")), lamp("[0,0,1],[0,1,1],[1,0,1]")].join("\n");
+        let mut output = Vec::new();
+        let tally = answer_all(text.as_bytes(), &mut output, ASKED).unwrap();
+        assert_eq!(tally, Tally { lines: 2, refused: 1 });
+        let said = String::from_utf8(output).unwrap();
+        assert!(
+            said.contains("it takes at least 5.00e9 operations, and a line may take 1.00e9") && said.contains("radiosity"),
+            "{said}"
+        );
+    }
+
+    #[test]
     fn a_closed_output_ends_the_work_and_another_failure_is_reported() {
         let line = [b"x".repeat(99).as_slice(), b"\n"].concat();
         let text = line.repeat(4 * BUFFER / line.len());
