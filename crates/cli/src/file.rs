@@ -24,8 +24,8 @@ pub fn solution(solution: &Solution, scene: &Scene, file: &Path) -> Result<(), S
 ///
 /// # Errors
 /// If a number in it is none.
-pub fn summary(solution: &Solution, error: f64, seconds: f64) -> Result<String, String> {
-    serde_json::to_string(&Summary::of(solution, error, None, seconds)).map_err(|error| error.to_string())
+pub fn summary(solution: &Solution, scene: &Scene, error: f64, seconds: f64) -> Result<String, String> {
+    serde_json::to_string(&Summary::of(solution, scene.modelling(), error, None, seconds)).map_err(|error| error.to_string())
 }
 
 /// The image of a camera.

@@ -251,7 +251,7 @@ pub(crate) fn run(request: &Request, mut output: impl Write) -> Result<bool, Fai
         Some(points) => answer(request, &points, &solution, &mut output)?,
         None => 0,
     };
-    let summary = Summary::of(&solution, request.error(), request.bound, seconds);
+    let summary = Summary::of(&solution, scene.modelling(), request.error(), request.bound, seconds);
     if request.summary {
         serde_json::to_writer(&mut output, &summary).map_err(io::Error::from)?;
         output.write_all(b"\n")?;

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-use radgrad_scene::printable;
+use radgrad_scene::{Modelling, printable};
 use radgrad_solver::{Ledger, Solution};
 use serde::Serialize;
 
@@ -28,6 +28,8 @@ pub(crate) struct Summary {
     ledger: BTreeMap<&'static str, f64>,
     /// In the unit of the scene.
     channels: Vec<Channel>,
+    /// The rounding of the scene's coordinates, and what reading changed for it.
+    modelling: Modelling,
     /// Properties of the scene that are probably not meant.
     warnings: Vec<String>,
 }
@@ -45,7 +47,13 @@ struct Channel {
 }
 
 impl Summary {
-    pub(crate) fn of(solution: &Solution, error: f64, at_most: Option<f64>, seconds: f64) -> Self {
+    pub(crate) fn of(
+        solution: &Solution,
+        modelling: Modelling,
+        error: f64,
+        at_most: Option<f64>,
+        seconds: f64,
+    ) -> Self {
         let progress = solution.progress();
         let bounds = solution.mean_bound();
         let estimates = solution.mean_estimate();
@@ -72,6 +80,7 @@ impl Summary {
             at_most,
             ledger: entries(&ledger, mean),
             channels,
+            modelling,
             warnings: solution.warnings().iter().map(ToString::to_string).collect(),
         }
     }

@@ -7,7 +7,7 @@ use numpy::{PyArray1, PyArray2, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use radgrad_core::DVec3;
-use radgrad_scene::{Degenerate, FactorSettings, FormFactors, GivenFace, Materials, Quantity, Reading, Scene};
+use radgrad_scene::{Degenerate, FactorSettings, FormFactors, GivenFace, Materials, Overlaps, Quantity, Reading, Scene};
 
 use crate::arrays::{rows, slice};
 use crate::detached::{Ended, Stop, detached};
@@ -34,10 +34,19 @@ const fn degenerate(drop: bool) -> Degenerate {
     if drop { Degenerate::Drop } else { Degenerate::Refuse }
 }
 
+/// A precision, a length.
+fn length(precision: f64) -> PyResult<f64> {
+    if precision >= 0.0 && precision.is_finite() {
+        return Ok(precision);
+    }
+    Err(refused(format!("precision is {precision}: it must be a length, 0 or more")))
+}
+
 #[pymethods]
 impl SceneCore {
     /// Reads a file.
     #[staticmethod]
+    #[expect(clippy::too_many_arguments, reason = "called by one place of the Python layer")]
     fn read(
         py: Python<'_>,
         file: PathBuf,
@@ -45,10 +54,19 @@ impl SceneCore {
         allow_outside: bool,
         budget: u64,
         need_materials: bool,
+        overlaps: &str,
+        precision: Option<f64>,
     ) -> PyResult<Self> {
+        let overlaps = match overlaps {
+            "nested" => Overlaps::Nested,
+            "cut" => Overlaps::Cut,
+            "refuse" => Overlaps::Refuse,
+            other => return Err(refused(format!("overlaps is `{other}`: it must be `nested`, `cut` or `refuse`"))),
+        };
+        let precision = precision.map(length).transpose()?;
         let materials = if need_materials { Materials::Required } else { Materials::Optional };
         let degenerate = degenerate(drop_degenerate);
-        let reading = Reading { degenerate, budget, allow_outside, materials, ..Reading::default() };
+        let reading = Reading { degenerate, budget, allow_outside, materials, overlaps, precision };
         py.detach(|| Scene::read(file, reading)).map(Self::of).map_err(refused)
     }
 
@@ -66,7 +84,9 @@ impl SceneCore {
         names: Vec<String>,
         channels: Vec<String>,
         drop_degenerate: bool,
+        precision: f64,
     ) -> PyResult<Self> {
+        let precision = Some(length(precision)?);
         let (vertices, reflectance, emission) = (rows(slice(&vertices)?), slice(&reflectance)?, slice(&emission)?);
         let (mut rest, width) = (slice(&corners)?, channels.len());
         let mut faces = Vec::with_capacity(names.len());
@@ -94,7 +114,8 @@ impl SceneCore {
                 radiance: of(emission).into_iter().map(|radiosity| radiosity / std::f64::consts::PI).collect(),
             });
         }
-        py.detach(|| Scene::from_faces(channels, faces, degenerate(drop_degenerate))).map(Self::of).map_err(refused)
+        let reading = Reading { degenerate: degenerate(drop_degenerate), precision, ..Reading::default() };
+        py.detach(|| Scene::from_faces(channels, faces, reading)).map(Self::of).map_err(refused)
     }
 
     /// What [`Self::to_bytes`] gave, with the notes beside it.

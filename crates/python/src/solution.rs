@@ -190,8 +190,8 @@ impl SolutionCore {
 
     /// The object that `radgrad solve --summary` prints.
     fn summary(&self, py: Python<'_>) -> PyResult<String> {
-        let Self { solution, error, seconds, .. } = self;
-        py.detach(|| radgrad_cli::file::summary(solution, *error, *seconds)).map_err(refused)
+        let Self { solution, scene, error, seconds, .. } = self;
+        py.detach(|| radgrad_cli::file::summary(solution, scene, *error, *seconds)).map_err(refused)
     }
 
     /// Writes a solution to a `.vtu` or `.ply`.

@@ -26,6 +26,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use radgrad_core::{DVec3, Polygon};
+use serde::Serialize;
 
 use crate::output::extension;
 use crate::texture::{Chart, Quantity, Texture};
@@ -75,7 +76,7 @@ pub struct Scene {
 }
 
 /// How far a scene may be from what its file was meant to say: the rounding of its coordinates, and what reading changed for it.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Modelling {
     /// By how much a coordinate may be off, in the unit of the scene; 0 where coordinates are exact.
     pub precision: f64,

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use radgrad_scene::{FactorMatrix, FactorSettings, FormFactors, Repaired, largest, printable};
+use radgrad_scene::{FactorMatrix, FactorSettings, FormFactors, Modelling, Repaired, largest, printable};
 use serde::Serialize;
 
 /// The summary of a matrix.
@@ -22,6 +22,9 @@ pub(super) struct Summary {
     worst_reciprocity: f64,
     worst_bound: f64,
     worst_bound_in_free_sight: f64,
+    modelling: Modelling,
+    /// The largest part of a bound that the rounding of coordinates takes.
+    worst_modelling: f64,
     warnings: Vec<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     repaired: Option<Repair>,
@@ -117,6 +120,8 @@ impl Summary {
             worst_reciprocity: matrix.worst_reciprocity(),
             worst_bound: matrix.worst_bound(),
             worst_bound_in_free_sight: in_free_sight.map(|(_, entry)| entry.error).fold(0.0, largest),
+            modelling: factors.scene().modelling(),
+            worst_modelling: matrix.entries().map(|(_, entry)| entry.modelling).fold(0.0, largest),
             warnings: factors.warnings().map(ToString::to_string).collect(),
             repaired,
         }
@@ -145,6 +150,10 @@ impl fmt::Display for Summary {
         )?;
         if self.relative > 0.0 {
             write!(f, " or {} of the factor", self.relative)?;
+        }
+        if self.worst_modelling > 0.0 {
+            let (part, precision) = (self.worst_modelling, self.modelling.precision);
+            write!(f, "\nof that, rounding   {part:.1e}   (coordinates are off by up to {precision:.1e}; no effort narrows it)")?;
         }
         if let Some(Repair { largest, mean, closure_before, closure, from, to }) = self.repaired {
             write!(

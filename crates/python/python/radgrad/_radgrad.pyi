@@ -93,7 +93,13 @@ class Tree:
 class SceneCore:
     @staticmethod
     def read(
-        file: str | os.PathLike[str], drop_degenerate: bool, allow_outside: bool, budget: int, need_materials: bool
+        file: str | os.PathLike[str],
+        drop_degenerate: bool,
+        allow_outside: bool,
+        budget: int,
+        need_materials: bool,
+        overlaps: str,
+        precision: float | None,
     ) -> SceneCore: ...
     @staticmethod
     def from_arrays(
@@ -105,6 +111,7 @@ class SceneCore:
         names: Sequence[str],
         channels: Sequence[str],
         drop_degenerate: bool,
+        precision: float,
     ) -> SceneCore: ...
     @staticmethod
     def from_bytes(bytes: bytes, notes: Sequence[str]) -> SceneCore: ...

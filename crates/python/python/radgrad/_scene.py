@@ -54,7 +54,9 @@ class Scene:
     channels : list of str, optional
         Names of the channels: ``grey`` of one, ``r``, ``g``, ``b`` of three unless given.
     drop_degenerate : bool
-        Leave out faces that are no polygon with an area, with a note for each, instead of refusing them.
+        Leave out faces that are no polygon with an area, with a note, instead of refusing them.
+    precision : float
+        By how much coordinates may be off, in their unit: vertices are then moved back onto the planes of their faces, with a note.
 
     Raises
     ------
@@ -80,6 +82,7 @@ class Scene:
         names: Optional[Sequence[str]] = None,
         channels: Optional[Sequence[str]] = None,
         drop_degenerate: bool = False,
+        precision: float = 0.0,
     ) -> None:
         if faces is None:
             vertices, faces = _mesh(vertices)
@@ -106,6 +109,7 @@ class Scene:
             named,
             list(channels),
             bool(drop_degenerate),
+            float(precision),
         )
 
     @classmethod
@@ -122,6 +126,8 @@ class Scene:
         allow_outside: bool = False,
         budget: int = BUDGET,
         need_materials: bool = True,
+        overlaps: str = "nested",
+        precision: Optional[float] = None,
     ) -> "Scene":
         """Read a scene: ``.obj`` with its ``.mtl``, ``.gltf``, ``.glb``, ``.vs3``, ``.stl`` or ``.ply``.
 
@@ -130,13 +136,18 @@ class Scene:
         file : str or path
             The file. What it names (materials, textures) is read too, in its own folder unless `allow_outside`.
         drop_degenerate : bool
-            Leave out faces that are no polygon with an area, with a note for each, instead of refusing the file.
+            Leave out faces whose outline crosses itself, with a note, instead of refusing the file. Faces without area are left out.
         allow_outside : bool
             Read files that the scene names also where they lie outside its folder.
         budget : int
             Bytes that reading may take.
         need_materials : bool
             Refuse a scene whose materials are missing; else they are black. Form factors need none.
+        overlaps : str
+            Faces that overlap in one plane: ``nested`` cuts a face around those that lie in it and refuses the others, ``cut`` cuts the
+            larger one however they overlap, ``refuse`` refuses all.
+        precision : float, optional
+            By how much coordinates may be off, in their unit; by default it is told from how the file writes them.
 
         Raises
         ------
@@ -151,7 +162,11 @@ class Scene:
         ...
         ValueError: `room.skp` is no scene that is read here: expected a name ending in .obj, .gltf, .glb, .vs3, .stl or .ply
         """
-        return cls._of(_radgrad.SceneCore.read(os.fspath(file), drop_degenerate, allow_outside, int(budget), need_materials))
+        given = None if precision is None else float(precision)
+        core = _radgrad.SceneCore.read(
+            os.fspath(file), drop_degenerate, allow_outside, int(budget), need_materials, overlaps, given
+        )
+        return cls._of(core)
 
     def __reduce__(self) -> Any:
         return _from_bytes, (self._core.to_bytes(), self._core.notes)

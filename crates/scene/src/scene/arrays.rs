@@ -1,14 +1,14 @@
 //! A scene from arrays in memory: each face a list of vertices, the name of its surface, and what it reflects and emits.
 //!
-//! The same rules hold as for files: faces that are not planar are split, with a note; a face that is no polygon is refused, or
-//! dropped, with the index of the face.
+//! The same rules hold as for files, but that a face without area is refused with its index unless it is to be dropped, that faces in one
+//! plane stay as they are, and that coordinates are exact unless a precision is given: who gives arrays counts on their indices.
 
 use std::collections::HashMap;
 use std::path::Path;
 
 use radgrad_core::DVec3;
 
-use super::{Intake, Scene};
+use super::{Intake, Note, Scene};
 use crate::reading::Budget;
 use crate::{Degenerate, Error, Position, Reading};
 
@@ -50,14 +50,15 @@ impl Scene {
     /// ```
     ///
     /// # Errors
-    /// If there is no face, one is no polygon and `degenerate` does not drop it, or a reflectance or radiance is out of range.
+    /// If there is no face, one is no polygon and [`Reading::degenerate`] does not drop it, or a reflectance or radiance is out of range.
     pub fn from_faces<C: Into<String>>(
         channels: impl IntoIterator<Item = C>,
         faces: impl IntoIterator<Item = GivenFace>,
-        degenerate: Degenerate,
+        reading: impl Into<Reading>,
     ) -> Result<Self, Error> {
+        let reading = reading.into();
         // Data in memory already need no other budget.
-        let mut intake = Intake::new(Self::new(channels)?, Path::new(FILE), degenerate.into(), &Budget::new(Reading::UNLIMITED));
+        let mut intake = Intake::new(Self::new(channels)?, Path::new(FILE), reading, &Budget::new(Reading::UNLIMITED));
         let mut materials: HashMap<Vec<u64>, usize> = HashMap::new();
         for (index, face) in faces.into_iter().enumerate() {
             let place = intake.place(Position::Member(format!("faces[{index}]")));
@@ -75,6 +76,17 @@ impl Scene {
             let surface = intake.surface(&face.surface).map_err(|error| error.at(place.clone()))?;
             intake.add_face(surface, material, face.vertices, place)?;
         }
-        intake.assembled()
+        let scene = intake.assembled()?;
+        let left_out = scene.notes.iter().find_map(|note| match note {
+            Note::LeftOut { place, reason, .. } => Some((place.clone(), reason.clone())),
+            _ => None,
+        });
+        match (left_out, reading.degenerate) {
+            (Some((place, Some(reason))), Degenerate::Refuse) => Err(Error::Face(reason).at(place)),
+            (Some((place, None)), Degenerate::Refuse) => {
+                Err(Error::expected("a face that is wider than its precision", "one that is not").at(place))
+            }
+            _ => Ok(scene),
+        }
     }
 }
