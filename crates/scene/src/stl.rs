@@ -6,7 +6,7 @@
 //! bytes of anything. A file is binary if it is exactly as long as that, or has a byte 0 where a text has its first lines. The order
 //! of the corners decides to which side a triangle is lit, not its normal. The material is black: STL has none.
 //!
-//! Noted are an `endsolid` that is missing, statements such as `color` and words after the coordinates, and bytes after the last
+//! Noted are a `solid` or `endsolid` that is missing, statements such as `color` and words after the coordinates, and bytes after the last
 //! triangle; a text that ends in a facet, and a binary file that is too short, are refused.
 
 use std::path::Path;
@@ -129,9 +129,11 @@ fn text(content: &[u8], material: usize, intake: &mut Intake) -> Result<(), Erro
 fn statement(mut words: Words<'_>, line: usize, material: usize, reading: &mut Open, intake: &mut Intake) -> Result<(), Error> {
     let Some(word) = words.next() else { return Ok(()) };
     let mut keyword = word.to_ascii_lowercase();
+    // Some write `end facet`, and `endsolidNAME`.
     if keyword == "end" {
-        // Some write `end facet`.
         keyword.push_str(&words.next().unwrap_or_default().to_ascii_lowercase());
+    } else if keyword.starts_with("endsolid") {
+        keyword.truncate("endsolid".len());
     }
     match (keyword.as_str(), &mut reading.solid, &mut reading.facet) {
         ("solid", solid, None) => {
@@ -141,7 +143,14 @@ fn statement(mut words: Words<'_>, line: usize, material: usize, reading: &mut O
                 intake.ignore(place, "a solid begins before the `endsolid` of the one before it".to_owned());
             }
         }
-        ("facet", Some(_), facet @ None) => *facet = Some((line, Vec::with_capacity(3))),
+        ("facet", solid, facet @ None) => {
+            if solid.is_none() {
+                let place = intake.place(Position::Line(line));
+                intake.ignore(place, "a facet stands in no `solid`".to_owned());
+                *solid = Some("solid".to_owned());
+            }
+            *facet = Some((line, Vec::with_capacity(3)));
+        }
         ("outer" | "endloop", _, Some(_)) => {}
         ("vertex", _, Some((_, corners))) if corners.len() < 3 => {
             let (corner, written) = words.coordinates(["x", "y", "z"])?;
@@ -157,9 +166,12 @@ fn statement(mut words: Words<'_>, line: usize, material: usize, reading: &mut O
             intake.add_face(surface, material, std::mem::take(corners), place)?;
             reading.facet = None;
         }
-        ("endsolid", solid @ Some(_), None) => *solid = None,
-        ("solid" | "facet" | "outer" | "vertex" | "endloop" | "endfacet" | "endsolid", _, _) | (_, None, _) => {
-            let next = match (&reading.solid, &reading.facet) {
+        // Some write it twice.
+        ("endsolid", solid, None) => *solid = None,
+        (keyword, solid, facet)
+            if line == 1 || matches!(keyword, "solid" | "facet" | "outer" | "vertex" | "endloop" | "endfacet" | "endsolid") =>
+        {
+            let next = match (solid, facet) {
                 (None, _) => "`solid`, or the length of a binary file",
                 (Some(_), None) => "`facet` or `endsolid`",
                 (Some(_), Some((_, corners))) if corners.len() < 3 => "`vertex`",
@@ -241,6 +253,12 @@ mod tests {
                 "a.stl: the file ends without `endsolid`: it may have lost facets",
             ]
         );
+        let doubled = format!("solid a\nsolid a\n{facet}endsolida\nendsolid\n{facet}The end.\n").replace('\r', "\n");
+        let scene = read(doubled.as_bytes()).unwrap();
+        let notes: Vec<String> = scene.notes().iter().map(ToString::to_string).collect();
+        assert_eq!((scene.faces().len(), scene.surfaces().len()), (2, 2));
+        assert!(notes.iter().any(|note| note == "a.stl:12: a facet stands in no `solid`"), "{notes:?}");
+        assert!(notes.iter().any(|note| note == "a.stl:19: a line that is no statement of STL is not used"), "{notes:?}");
         let latin: Vec<u8> = TEXT.replace("a b", "\u{1}").bytes().map(|byte| if byte == 1 { 0xe9 } else { byte }).collect();
         let utf_16: Vec<u8> = "\u{feff}".chars().chain(TEXT.chars()).flat_map(|c| (c as u16).to_le_bytes()).collect();
         for (content, name) in [(latin, "\u{e9}"), (utf_16, "a b")] {

@@ -4,10 +4,9 @@
 //! Three kinds of rounding are told from the numbers themselves.
 //!
 //! - Single precision: each number is an f32 printed to so many digits, and numbers that are none would pass for that by a chance
-//!   below 1 in 1000: a number whose last digit is u passes by u / s, with s the distance of f32 there. Of numbers with up to seven
-//!   digits nearly all pass, so they say nothing of themselves; but of numbers that are typed few have as many as seven, and where 60 % of
-//!   eight or more have, all pass, and none has more than nine, they are shortest prints. q = 2^-24 times the largest coordinate (half a
-//!   unit in the last place).
+//!   below 1 in 1000: a number whose last digit is u passes by u / s, with s the distance of f32 there. Numbers with up to seven
+//!   digits pass nearly all, so that these say nothing but where eight have seven or more digits and are of no other kind. q = 2^-24
+//!   times the largest coordinate (half a unit in the last place).
 //! - Decimals, d of them (0 or fewer of whole numbers): of at least eight different numbers with four or more significant digits,
 //!   60 % have a d-th decimal that is not zero; 90 % of numbers with random digits have. Or every number is written with the same d
 //!   of at least five decimals, as `%.6f` does. q = 10^-d / 2.
@@ -27,6 +26,12 @@ const DISTINCT: usize = 4096;
 /// Significant digits from which on a number counts as one with random digits, and from which on as a double.
 const LONG: u16 = 4;
 const DOUBLE: u16 = 15;
+
+/// The most significant digits that are typed, and that every f32 keeps.
+const TYPED: u16 = 6;
+
+/// Different numbers that it takes to tell of most of them.
+const ENOUGH: usize = 8;
 
 /// How a number is written: its digits without zeros before and behind.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -79,13 +84,12 @@ pub(crate) struct WrittenPrecision {
     all_single: bool,
     chance: f64,
     any_double: bool,
-    /// Numbers with random digits.
+    /// Numbers with random digits, and those with so many that nobody types them.
     long: usize,
+    beyond_typed: usize,
     /// The most decimals of a number, and how many of the long ones have them.
     decimals: Option<i16>,
     with_decimals: usize,
-    /// How many have the digits of a single number, seven and more.
-    with_seven: usize,
     /// The most significant digits of a number, and how many have them.
     significant: u16,
     with_significant: usize,
@@ -104,7 +108,7 @@ impl WrittenPrecision {
             chance: 1.0,
             any_double: false,
             long: 0,
-            with_seven: 0,
+            beyond_typed: 0,
             decimals: None,
             with_decimals: 0,
             significant: 0,
@@ -140,7 +144,8 @@ impl WrittenPrecision {
     /// Of four bytes the decimals are those of the shortest text that gives the same bytes.
     fn single(&mut self, value: f64) {
         self.fixed = Some(None);
-        if self.is_new(value) {
+        // The first numbers tell enough: to print all takes longer than to read them.
+        if self.is_new(value) && self.distinct.len() < DISTINCT {
             let single = to_single(value);
             let shortest = Digits::of(&single.to_string());
             self.count(Digits { significant: shortest.significant.min(DOUBLE - 1), ..shortest }, value);
@@ -157,20 +162,15 @@ impl WrittenPrecision {
 
     /// The rounding q of the file's coordinates; 0 where none is seen.
     pub(crate) fn rounding(&self) -> f64 {
-        let is_printed = self.significant <= 9 && self.do_most(self.with_seven);
-        let is_single = self.all_single && (self.chance < 1e-3 || is_printed);
-        let single = if is_single { self.largest / f64::from(1 << 24) } else { 0.0 };
         let decimal = if self.any_double { 0.0 } else { self.decimal() };
+        // Digits that no other kind explains, in numbers that are f32 all.
+        let is_single = self.chance < 1e-3 || decimal == 0.0 && self.beyond_typed >= ENOUGH;
+        let single = if self.all_single && is_single { self.largest / f64::from(1 << 24) } else { 0.0 };
         largest(self.known, largest(single, decimal))
     }
 
-    /// Whether so many are most of the numbers with random digits, and those many enough.
-    const fn do_most(&self, having: usize) -> bool {
-        self.long >= 8 && 5 * having >= 3 * self.long
-    }
-
     fn decimal(&self) -> f64 {
-        let most = |having: usize| self.do_most(having);
+        let most = |having: usize| self.long >= ENOUGH && 5 * having >= 3 * self.long;
         let unit = match (self.decimals, self.fixed) {
             (Some(decimals), _) if most(self.with_decimals) => i32::from(decimals),
             (_, Some(Some(fixed))) if fixed >= 5 => i32::from(fixed),
@@ -200,7 +200,7 @@ impl WrittenPrecision {
         self.any_double |= digits.significant >= DOUBLE && !is_single;
         let long = usize::from(digits.significant >= LONG);
         self.long += long;
-        self.with_seven += usize::from(digits.significant >= 7);
+        self.beyond_typed += usize::from(digits.significant > TYPED);
         if self.decimals.is_none_or(|most| digits.decimals > most) {
             (self.decimals, self.with_decimals) = (Some(digits.decimals), 0);
         }
@@ -230,7 +230,7 @@ impl WrittenPrecision {
 /// and is an f32 or has fewer digits than doubles have.
 pub(crate) fn seems_single(value: f64) -> bool {
     let Digits { significant, .. } = Digits::of(&value.to_string());
-    significant > 6 && (significant < DOUBLE || f64::from(to_single(value)) == value)
+    significant > TYPED && (significant < DOUBLE || f64::from(to_single(value)) == value)
 }
 
 /// The f32 next to a number.
@@ -321,10 +321,11 @@ mod tests {
             let found = rounding(singles().map(print));
             assert!((found - q).abs() < 1e-8 * q, "{found:e} of {q:e}, {}", print(largest));
         }
-        // Prints of eight digits near 100 are farther apart than singles: each may be one.
-        let near = || random(30.0).map(|x| f64::from(to_single(x + 64.0)));
-        let q = near().fold(0.0, super::largest) / 16_777_216.0;
-        assert!((rounding(near().map(|x| (to_single(x)).to_string())) - q).abs() < 1e-8 * q);
+        // Where their distance is about a unit of the third decimal: a few need a fourth.
+        let far: Vec<String> = (1..16_u16).map(|index| (10_000.0 + f32::from(index) * 60.0 / 7.0).to_string()).collect();
+        assert_eq!(rounding(&far), 5e-4, "three decimals explain these");
+        let far = far.into_iter().chain(["10000.0205".to_owned()]);
+        assert!((rounding(far) * 16_777_216.0 - 10_128.571).abs() < 1e-2);
         // One that is none.
         assert_eq!(rounding(singles().map(|x| x.to_string()).chain(["0.1".to_owned(), "0.12345678912".to_owned()])), 0.0);
         let wall = ["7200", "5600", "2", "7207.41162", "5605.10596", "3.22960377", "12"];
