@@ -47,13 +47,7 @@ struct Channel {
 }
 
 impl Summary {
-    pub(crate) fn of(
-        solution: &Solution,
-        modelling: Modelling,
-        error: f64,
-        at_most: Option<f64>,
-        seconds: f64,
-    ) -> Self {
+    pub(crate) fn of(solution: &Solution, modelling: Modelling, error: f64, at_most: Option<f64>, seconds: f64) -> Self {
         let progress = solution.progress();
         let bounds = solution.mean_bound();
         let estimates = solution.mean_estimate();
