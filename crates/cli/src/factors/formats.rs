@@ -106,7 +106,7 @@ fn csv(out: impl Write, scene: &Scene, matrix: &FactorMatrix, Table { first, ope
                 occluders,
             ])
         };
-        for Entry { face, factor, lower, upper, error, occluders } in matrix.row(from) {
+        for Entry { face, factor, lower, upper, error, occluders, .. } in matrix.row(from) {
             line([&face.to_string(), surface(face)], [factor, lower, upper, error], &occluders.to_string())?;
         }
         if open {

@@ -59,6 +59,8 @@ pub(super) struct OneFactor {
     lower: f64,
     upper: f64,
     error: f64,
+    /// The part of it that the rounding of coordinates takes.
+    modelling: f64,
     estimate: f64,
     occluders: usize,
     seconds: f64,
@@ -121,7 +123,8 @@ impl OneFactor {
     }
 
     fn of(found: Factor, names: [&str; 2], asked: Asked) -> Self {
-        let Factor { value: factor, lower, upper, error, estimate, occluders } = found;
+        let computed = found.computed_error();
+        let Factor { value: factor, lower, upper, error, modelling, estimate, occluders } = found;
         // What is proven is no less known than what is estimated.
         let estimate = smallest(estimate, error);
         // Looks that see nothing say nothing of digits.
@@ -136,6 +139,7 @@ impl OneFactor {
             lower,
             upper,
             error,
+            modelling,
             estimate,
             occluders,
             seconds: 0.0,
@@ -143,7 +147,7 @@ impl OneFactor {
             digits_asked: asked.digits,
             digits_met: digits >= asked.digits,
             tolerance,
-            tolerance_met: error <= tolerance,
+            tolerance_met: computed <= tolerance,
             asked,
         }
     }
@@ -202,15 +206,16 @@ fn nearest(before: &Factor, found: Factor) -> Factor {
     let value = largest(smallest(best.value, upper), lower);
     let error = largest(upper - value, value - lower) * (1.0 + f64::EPSILON);
     let estimate = best.estimate + (value - best.value).abs();
-    Factor { value, lower, upper, error, estimate, occluders: found.occluders }
+    Factor { value, lower, upper, error, modelling: found.modelling, estimate, occluders: found.occluders }
 }
 
 fn sum(parts: &[Part]) -> Factor {
-    let mut sum = Factor { value: 0.0, lower: 0.0, upper: 0.0, error: 0.0, estimate: 0.0, occluders: 0 };
+    let mut sum = Factor { value: 0.0, lower: 0.0, upper: 0.0, error: 0.0, modelling: 0.0, estimate: 0.0, occluders: 0 };
     for Part { share, found, .. } in parts {
         sum.value += share * found.value;
         sum.lower += share * found.lower;
         sum.upper += share * found.upper;
+        sum.modelling += share * found.modelling;
         sum.estimate += share * found.estimate;
         sum.occluders = sum.occluders.max(found.occluders);
     }
@@ -257,8 +262,15 @@ mod tests {
 
     #[test]
     fn what_is_met_is_never_said_to_be_unmet() {
-        let found =
-            |estimate: f64, error: f64| Factor { value: 0.5, lower: 0.5 - error, upper: 0.5, error, estimate, occluders: 1 };
+        let found = |estimate: f64, error: f64| Factor {
+            value: 0.5,
+            lower: 0.5 - error,
+            upper: 0.5,
+            error,
+            modelling: 0.0,
+            estimate,
+            occluders: 1,
+        };
         let asked = |wants: [bool; 2]| Asked { digits: 6, tolerance: 1e-3, relative: 0.0, points: 1, cells: 1, wants };
         let said = |found, wants| OneFactor::of(found, ["a", "b"], asked(wants)).unmet().join(" ");
         // The digits, the bound or both are reached: one will do unless one is asked for.

@@ -29,6 +29,14 @@ pub struct Entry {
     pub occluders: usize,
 }
 
+impl Entry {
+    /// The part of `error` that effort narrows.
+    #[must_use]
+    pub const fn computed_error(&self) -> f64 {
+        self.error - self.modelling
+    }
+}
+
 /// Two faces and their exchange, stored once.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Pair {
@@ -414,7 +422,7 @@ impl FactorMatrix {
 
     /// Those whose bound is not what was asked for.
     pub fn unmet(&self, settings: &FactorSettings) -> impl Iterator<Item = (usize, Entry)> {
-        self.entries().filter(|(_, entry)| entry.error - entry.modelling > settings.allowed(entry.lower) || entry.error.is_nan())
+        self.entries().filter(|(_, entry)| entry.computed_error() > settings.allowed(entry.lower) || entry.error.is_nan())
     }
 
     /// The factors between surfaces: `A_S F_ST = sum A_i F_ij`, of those that have rows here. `scene` is the one that the matrix is of.

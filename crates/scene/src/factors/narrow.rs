@@ -86,7 +86,7 @@ impl FormFactors<'_> {
         let excess = |pair: &Pair| {
             let of = |face: u32| {
                 let factor = pair.known.over(matrix.scaled_areas[face as usize]);
-                factor.error / settings.allowed(factor.lower)
+                factor.computed_error() / settings.allowed(factor.lower)
             };
             larger(of(pair.faces[0]), of(pair.faces[1]))
         };

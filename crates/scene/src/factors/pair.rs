@@ -37,6 +37,14 @@ pub struct Factor {
     pub occluders: usize,
 }
 
+impl Factor {
+    /// The part of `error` that effort narrows.
+    #[must_use]
+    pub const fn computed_error(&self) -> f64 {
+        self.error - self.modelling
+    }
+}
+
 /// The exchange of two faces, an area in the unit in which coordinates are up to 1.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Known {
