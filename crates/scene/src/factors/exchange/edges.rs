@@ -88,21 +88,40 @@ fn parallel(p: DVec3, along: DVec3, [m, n]: [f64; 2], q: DVec3, same_way: bool, 
 
 /// The mean of ln r on edges that are not parallel: in their plane, if they have one, or else by a rule.
 fn oblique([a, b]: [[DVec3; 2]; 2], along: [DVec3; 2], lengths: [f64; 2], [most, truncation]: [f64; 2]) -> (f64, f64) {
-    let plane = Plane::of(a, b, along, lengths);
     // The share of the whole that is allowed, or the rule's own rounding.
     let enough = larger(16.0 * truncation, 32.0 * ROUNDOFF * most * (1.0 + 4.0 / lengths[1]));
-    let apart = larger(segments_apart(a, b) * (1.0 - 1e-9) - 8.0 * ROUNDOFF, 0.0);
-    let raised = 0.5 * plane.raised(apart);
-    let in_plane = || {
+    let by_rule = || skew(a[0], along[0], b, [lengths[1], most, truncation]);
+    let in_plane = |(plane, raised): (Plane, f64)| {
         let (mean, rounding) = plane.mean_logarithm();
         (mean + raised, (rounding + raised) * (1.0 + 8.0 * ROUNDOFF))
     };
-    let by_rule = || skew(a[0], along[0], b, [lengths[1], most, truncation]);
-    let is_flat = raised <= enough;
-    let first = if is_flat { in_plane() } else { by_rule() };
+    let plane = || {
+        let plane = Plane::of(a, b, along, lengths);
+        let raised = 0.5 * plane.raised(enough, || larger(segments_apart(a, b) * (1.0 - 1e-9) - 8.0 * ROUNDOFF, 0.0));
+        (plane, raised)
+    };
+    if are_off_any_plane(a[0] - b[0], along, lengths, enough) {
+        let by_rule = by_rule();
+        return if by_rule.1 <= enough { by_rule } else { better(by_rule, in_plane(plane())) };
+    }
+    let plane = plane();
+    let is_flat = plane.1 <= enough;
+    let first = if is_flat { in_plane(plane) } else { by_rule() };
     if first.1 <= enough {
         return first;
     }
-    let second = if is_flat { by_rule() } else { in_plane() };
+    better(first, if is_flat { by_rule() } else { in_plane(plane) })
+}
+
+/// Whether they are so far off any plane that no closed form serves: of three vectors that are at most 2h off a plane the determinant is at most 6h times
+/// the product of the longer two.
+fn are_off_any_plane(offset: DVec3, along: [DVec3; 2], [m, n]: [f64; 2], enough: f64) -> bool {
+    let determinant = along[0].cross(along[1]).dot(offset).abs();
+    let away = offset.length();
+    let height = determinant / (6.0 * larger(m * n, larger(m, n) * away));
+    height > enough && height * height > 64.0 * enough
+}
+
+fn better(first: (f64, f64), second: (f64, f64)) -> (f64, f64) {
     if first.1 <= second.1 { first } else { second }
 }

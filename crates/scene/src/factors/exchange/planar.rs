@@ -31,6 +31,7 @@ use crate::factors::{larger, smaller};
 type Complex = [f64; 2];
 
 /// The vectors between the ends of two edges in a plane, and how far they are off it.
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Plane {
     /// From the start and the end of the first edge, in rows, to the start and the end of the second one.
     corners: [[Complex; 2]; 2],
@@ -60,11 +61,17 @@ impl Plane {
         Self { corners: between.map(|row| row.map(flat)), along, lengths: along.map(length), height }
     }
 
-    /// How much the mean logarithm may be above that in the plane. `apart` is a bound from below on the distance of the edges.
-    pub(super) fn raised(&self, apart: f64) -> f64 {
-        let square = apart * apart - self.height * self.height;
+    /// How much the mean logarithm may be above that in the plane. `apart` is a bound from below on the distance of the edges, asked for where it may
+    /// show this to be at most `enough`.
+    pub(super) fn raised(&self, enough: f64, apart: impl FnOnce() -> f64) -> f64 {
         let by_line = PI * self.height / larger(self.lengths[0], self.lengths[1]);
-        if apart > self.height { smaller(by_line, 0.5 * self.height * self.height / square) } else { by_line }
+        let square = self.height * self.height;
+        // No two points are farther than 4.
+        if by_line <= enough || square > 32.0 * enough {
+            return by_line;
+        }
+        let apart = apart();
+        if apart > self.height { smaller(by_line, 0.5 * square / (apart * apart - square)) } else { by_line }
     }
 
     /// The mean logarithm in the plane, and a bound on its rounding: infinite where nothing of an edge is in the plane.

@@ -34,6 +34,9 @@ use crate::factors::{larger, smaller};
 /// Nodes to try.
 const NODES: [usize; 7] = [2, 3, 4, 6, 8, 12, 16];
 
+/// Halvings before singular places are asked for.
+const PLAIN: i32 = 3;
+
 /// Truncation below which no rule is asked, over the length of the second edge.
 const LEAST: f64 = 1e-15;
 
@@ -59,8 +62,12 @@ pub(super) fn skew(p: DVec3, along: DVec3, b: [DVec3; 2], [length, most, truncat
         let middle = 0.5 * (from + to);
         let ends = [p + along * from, p + along * to];
         let size = half * own;
-        let ellipses = [by_distance(ends, b, size), by_places(ends, b, direction, [length, sine, size])];
-        let Some((nodes, truncation)) = rule_for(ellipses, larger(truncation, all_digits)) else {
+        let allowed = larger(truncation, all_digits);
+        let plain = rule_for(by_distance(ends, b, size), allowed);
+        let by_places = || rule_for(by_places(ends, b, direction, [length, sine, size]), allowed);
+        // The first cells are mostly halved anyway, and what is left of them served by their distance.
+        let asks_places = halvings <= HALVINGS - PLAIN;
+        let Some((nodes, truncation)) = plain.or_else(|| if asks_places { by_places() } else { None }) else {
             // A mean of |ln r|, doubled for what rounding does to so short a cell.
             let left = 2.0 * (to - from) * most;
             if halvings == 0 || count > CELLS || left <= enough {
@@ -128,16 +135,14 @@ fn least_between([a, b]: [f64; 2], length: f64) -> f64 {
     larger(square, 0.0).sqrt() * (1.0 - 1e-9)
 }
 
-/// The fewest nodes whose bound on [-1, 1] is small enough in one of the ellipses, and the bound.
-fn rule_for(ellipses: [Option<Ellipse>; 2], allowed: f64) -> Option<(usize, f64)> {
-    let fewest = |Ellipse { radius, most }: Ellipse| {
-        let bound = |nodes: usize| {
-            let power = (0..nodes).fold(1.0, |power, _| power / (radius * radius));
-            64.0 / 15.0 * most * power / (1.0 - 1.0 / (radius * radius))
-        };
-        NODES.into_iter().map(|nodes| (nodes, bound(nodes) * 1.01)).find(|(_, bound)| *bound <= allowed)
+/// The fewest nodes whose bound on [-1, 1] is small enough, and the bound.
+fn rule_for(ellipse: Option<Ellipse>, allowed: f64) -> Option<(usize, f64)> {
+    let Ellipse { radius, most } = ellipse?;
+    let bound = |nodes: usize| {
+        let power = (0..nodes).fold(1.0, |power, _| power / (radius * radius));
+        64.0 / 15.0 * most * power / (1.0 - 1.0 / (radius * radius))
     };
-    ellipses.into_iter().flatten().filter_map(fewest).min_by_key(|(nodes, _)| *nodes)
+    NODES.into_iter().map(|nodes| (nodes, bound(nodes) * 1.01)).find(|(_, bound)| *bound <= allowed)
 }
 
 /// `int_0^1 ln|r + t b| dt`, and what 32u of bounds its rounding: r errs by a few u of coordinates below 4, and the integral's
