@@ -142,6 +142,7 @@ fn answer(file: &Path, asked: Asked) -> u8 {
 }
 
 /// A count of operations, as `8e9` too.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "within the range of counts")]
 fn operations(text: &str) -> Result<u64, String> {
     let value: f64 = text.parse().map_err(|_| format!("expected a number of operations, such as 8e9, found `{text}`"))?;
     if (1.0..=1e18).contains(&value) {
