@@ -241,7 +241,7 @@ mod tests {
                 r#"{{"id":1,"receiver":{{"position":[0,0,0],"normal":[0,0,1]}},"emitter":{{"vertices":[{vertices}],"emission":{{"constant":1}}}}}}"#
             )
         };
-        let many: Vec<String> = (0..50_000).map(|k| format!("[{k},{},1]", k * k)).collect();
+        let many: Vec<String> = (0..50_000_i64).map(|k| format!("[{k},{},1]", k * k)).collect();
         let text = [lamp(&many.join(",")), lamp("[0,0,1],[0,1,1],[1,0,1]")].join("\n");
         let mut output = Vec::new();
         let tally = answer_all(text.as_bytes(), &mut output, ASKED).unwrap();
