@@ -158,6 +158,11 @@ impl Reader {
                 "encl" => match value {
                     Some("0") => self.intake.set_enclosure(false),
                     Some("1") => self.intake.set_enclosure(true),
+                    // The program asks only whether it is 0.
+                    Some(other) if other.parse::<i64>().is_ok() => {
+                        self.intake.ignore(place.clone(), format!("encl={other} is taken as encl=1"));
+                        self.intake.set_enclosure(true);
+                    }
                     _ => return Err(Error::expected("encl=0 or encl=1", quoted(value))),
                 },
                 "eps" | "epsu" | "epso" | "maxu" | "maxo" | "mino" | "row" | "col" | "emit" | "out" | "list" | "prjd" => {}

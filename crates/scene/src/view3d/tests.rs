@@ -184,7 +184,7 @@ fn wrong_lines_are_named_with_what_was_expected() {
         ("O 7 1 2 3 0 1 0 0.9 x", "expected 0, since an obstruction has no base, found 1"),
         ("M 7 1 2 3 0 1 0 0.9 x", "a masking surface cannot be represented: leave it"),
         ("F 2", "expected a geometry of three dimensions, F 3 or F 3a, found `2`"),
-        ("C encl=2", "expected encl=0 or encl=1, found `2`"),
+        ("C encl=x", "expected encl=0 or encl=1, found `x`"),
         ("7 0.5 0.5", "expected a line of T, C, F, V, S, O, N or E, found `7`"),
     ] {
         let message = message(lines);
@@ -213,13 +213,14 @@ fn a_file_cut_off_anywhere_is_refused() {
 
 #[test]
 fn unknown_control_words_are_noted_and_warped_surfaces_split() {
-    let lines = "C epsilon=3 frob\nV 9 1 1 0.5\nS 7 1 2 9 4 0 0 0.9 warped\n";
+    let lines = "C encl=8 epsilon=3 frob\nV 9 1 1 0.5\nS 7 1 2 9 4 0 0 0.9 warped\n";
     let read = scene(&format!("{CUBE}{lines}")).unwrap();
     assert_eq!(read.surfaces()[6].faces(), [6, 7]);
     let notes: Vec<String> = read.notes().iter().map(ToString::to_string).collect();
-    assert_eq!(notes[0], "a.vs3:20: unknown control word `epsilon` is not used");
-    assert_eq!(notes[1], "a.vs3:20: unknown control word `frob` is not used");
-    assert!(matches!(&read.notes()[2], Note::Split { surface, triangles: 2, .. } if surface == "warped"));
+    assert_eq!(notes[1], "a.vs3:20: unknown control word `epsilon` is not used");
+    assert_eq!(notes[2], "a.vs3:20: unknown control word `frob` is not used");
+    assert_eq!((notes[0].as_str(), read.enclosure()), ("a.vs3:20: encl=8 is taken as encl=1", Some(true)));
+    assert!(matches!(&read.notes()[3], Note::Split { surface, triangles: 2, .. } if surface == "warped"));
 }
 
 #[test]
