@@ -11,6 +11,10 @@ use crate::{largest, smallest};
 /// Margin on the distance that rounding moves a vertex along a normal.
 const MARGIN: f64 = 1.2;
 
+/// The distance from a plane of least squares, over that of the plane that vertices were rounded from: with few vertices the fit may turn to
+/// some and away from another.
+const RESIDUAL: f64 = 1.8;
+
 /// The largest sums of barycentric coordinates that add to that distance: first all that is likely, then, of faces that a fitted plane
 /// left out, those that are as near as one rounding.
 const LEVERS: [f64; 2] = [3.0, 0.0];
@@ -110,7 +114,7 @@ impl Plane {
     /// Leaves out faces with a vertex that is farther off than rounding explains, and returns them.
     fn leave_out(&mut self, positions: &[DVec3], faces: &[Vec<usize>], rounding: f64) -> Vec<usize> {
         let [x, y, z] = self.normal.abs().to_array();
-        let most = MARGIN * rounding * (x + y + z);
+        let most = RESIDUAL * rounding * (x + y + z);
         let is_on = |face: &usize| faces[*face].iter().all(|&vertex| self.height(positions[vertex]).abs() <= most);
         let (kept, left_out): (Vec<usize>, Vec<usize>) = self.faces.iter().copied().partition(is_on);
         if !left_out.is_empty() {
