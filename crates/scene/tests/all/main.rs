@@ -6,4 +6,5 @@ mod files;
 mod hostile;
 mod overlaps;
 mod prepared;
+mod rounded;
 mod two_polygons;
