@@ -226,7 +226,7 @@ mod tests {
     #[test]
     fn what_leaves_the_range_is_said() {
         assert_eq!(unit(600).plain([2f64.powi(500), 0.0]), Err(Error::Overflow { quantity: "gradient" }));
-        assert_eq!(unit(0).plain([f64::NAN]), Err(Error::Overflow { quantity: "gradient" }));
+        assert_eq!(unit(0).plain([f64::NAN]), Err(Error::Scales { quantity: "gradient" }));
         assert_eq!(unit(-1000).plain([2f64.powi(-23)]), Err(UNDERFLOW));
         assert_eq!(unit(-3000).components([1.0, 0.0, 1.0], 1e-16), Err(UNDERFLOW));
         assert_eq!(unit(-3000).plain([0.0; 3]), Ok([0.0; 3]));

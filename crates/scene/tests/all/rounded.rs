@@ -133,7 +133,7 @@ fn boxes_in_files_have_the_factors_of_the_boxes_that_they_were_rounded_from() {
             let scene = read(&text);
             let (matrix, found) = factors(&scene);
             let unmet = matrix.unmet(&FactorSettings::default()).count();
-            assert_eq!(unmet, 0, "box {seed}, {rounding:?}");
+            assert_eq!(unmet, 0, "box {seed}, {rounding:?}:\n{text}");
             for (&[from, to], &(factor, error)) in &found {
                 let exact = truth.get(&[from, to]).map_or(0.0, |exact| exact.0);
                 let off = (factor - exact).abs();

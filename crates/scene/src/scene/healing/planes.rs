@@ -25,9 +25,9 @@ const KNOWN: f64 = 1e-3;
 /// Cells of normals, and of distances over the extent.
 const CELL: f64 = 4.0 * KNOWN;
 
-/// The directions of faces that are narrower than this many roundings are not known: such a face is on a plane only with faces that share all of
-/// its vertices.
-const NEEDLE: f64 = 4.0;
+/// The directions of faces that are narrower than so many roundings say little, first and then: such a face is on a plane only with faces that
+/// share all of its vertices. Else a needle beside the edge of two walls would turn the plane of the wrong one.
+const NEEDLES: [f64; 2] = [16.0, 4.0];
 
 /// Faces at a vertex, beyond which they are not taken for neighbours by it: of a fan, those beside each other share another vertex.
 const HUB: usize = 64;
@@ -143,9 +143,10 @@ impl Planes {
         let extent = 2.0 * positions.iter().map(|v| v.abs().max_element()).fold(0.0, largest);
         let (planes, by_face, by_normal) = (Vec::new(), HashMap::new(), HashMap::new());
         let (widths, touching) = (&widths, &touching);
-        let mut shared = Shared { positions, faces, widths, touching, rounding, lever: 0.0, extent, planes, by_face, by_normal };
-        for lever in LEVERS {
-            shared.lever = lever;
+        let mut shared =
+            Shared { positions, faces, widths, touching, rounding, lever: 0.0, needle: 0.0, extent, planes, by_face, by_normal };
+        for (lever, needle) in LEVERS.into_iter().zip(NEEDLES) {
+            (shared.lever, shared.needle) = (lever, needle);
             order.iter().for_each(|&face| shared.add(face));
             let left_out = shared.fit();
             order.retain(|face| left_out.contains(face));
@@ -202,6 +203,7 @@ struct Shared<'a> {
     touching: &'a [Vec<usize>],
     rounding: f64,
     lever: f64,
+    needle: f64,
     extent: f64,
     planes: Vec<Plane>,
     by_face: HashMap<usize, usize>,
@@ -267,7 +269,7 @@ impl Shared<'_> {
     /// Whether rounding explains that a face is not on a plane.
     fn is_on(&self, face: usize, place: usize) -> bool {
         let (plane, points) = (&self.planes[place], self.points(face));
-        let is_needle = self.widths[face] < NEEDLE * self.rounding;
+        let is_needle = self.widths[face] < self.needle * self.rounding;
         let turned = |normal: DVec3| 1.0 - plane.normal.dot(normal).abs();
         (!is_needle || self.faces[face].iter().all(|vertex| plane.vertices.contains(vertex)))
             && (!self.is_known(face) || widest_triangle(&points).is_some_and(|(normal, _)| turned(normal) <= KNOWN))
