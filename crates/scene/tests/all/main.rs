@@ -5,4 +5,5 @@ mod factors;
 mod files;
 mod hostile;
 mod prepared;
+mod scales;
 mod two_polygons;
