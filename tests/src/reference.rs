@@ -168,34 +168,12 @@ pub struct PublicTruth {
 /// If the file cannot be read.
 #[must_use]
 pub fn public_cases() -> Vec<(String, PublicTruth)> {
-    cases("public")
-}
-
-/// What is known of a case of `scales.jsonl`.
-#[derive(Debug, Clone, Deserialize)]
-pub struct ScaleTruth {
-    /// Radiosity.
-    pub radiosity: String,
-    /// Gradient, where that is known.
-    pub gradient: Option<[String; 3]>,
-}
-
-/// The lines of `scales.jsonl` and their truths.
-///
-/// # Panics
-/// If the file cannot be read.
-#[must_use]
-pub fn scale_cases() -> Vec<(String, ScaleTruth)> {
-    cases("scales")
-}
-
-fn cases<T: DeserializeOwned>(name: &str) -> Vec<(String, T)> {
     #[derive(Deserialize)]
-    struct Line<T> {
-        truth: T,
+    struct Line {
+        truth: PublicTruth,
     }
-    let path = format!("{}/../data/reference/{name}.jsonl", env!("CARGO_MANIFEST_DIR"));
-    let text = std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{path}: {error}"));
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../data/reference/public.jsonl");
+    let text = std::fs::read_to_string(path).unwrap_or_else(|error| panic!("{path}: {error}"));
     let read = |line: &str| {
         let Line { truth } = serde_json::from_str(line).unwrap_or_else(|error| panic!("{path}: {error}"));
         (line.to_owned(), truth)

@@ -253,7 +253,7 @@ mod tests {
                 "a.stl: the file ends without `endsolid`: it may have lost facets",
             ]
         );
-        let doubled = format!("solid a\nsolid a\n{facet}endsolida\nendsolid\n{facet}The end.\n").replace('\r', "\n");
+        let doubled = format!("solid a\nsolid a\n{facet}endsolida\nendsolid\n{above}The end.\n").replace('\r', "\n");
         let scene = read(doubled.as_bytes()).unwrap();
         let notes: Vec<String> = scene.notes().iter().map(ToString::to_string).collect();
         assert_eq!((scene.faces().len(), scene.surfaces().len()), (2, 2));

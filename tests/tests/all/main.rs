@@ -17,5 +17,4 @@ mod readme;
 mod reference_cases;
 mod reference_values;
 mod scale;
-mod scales;
 mod traps;

@@ -1,7 +1,7 @@
 //! What core states past occluders of any size, and past walls on the receiver's floor, against enclosures.
 
 use radgrad_core::{Answer, DVec3, Emission, Emitter, Polygon, Receiver, evaluate, evaluate_digits};
-use radgrad_oracle::{Enclosure, enclose_past};
+use radgrad_oracle::{Enclosure, enclose, enclose_past};
 use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
 
 fn cases(usual: usize) -> usize {
@@ -64,4 +64,33 @@ fn walls_on_the_floor_of_the_receiver_are_answered() {
         tried += usize::from(radiosity > 0.0);
     }
     assert!(tried * 4 > count, "{tried} of {count}");
+}
+
+/// The truth takes the normal as given, in arithmetic of its own.
+#[test]
+fn components_of_a_normal_far_below_the_largest_count() {
+    let wall = [[1.0, -1.0, -1.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [1.0, 1.0, -1.0]].map(DVec3::from);
+    let emitter = Emitter::new(Polygon::new(wall.to_vec()).unwrap(), Emission::Constant(1e307)).unwrap();
+    let mut answered = 0;
+    for (small, large) in [(1.25e-14, 1e308), (1.25e-24, 1e298), (5e-324, 1.7e308), (1e-17, 1e308), (1e-160, 1e150), (1e-17, 1.0)]
+    {
+        for small in [small, -small] {
+            let receiver = Receiver::new(DVec3::ZERO, DVec3::new(small, 0.0, large), 1.0).unwrap();
+            let Ok(answer) = evaluate(&receiver, &emitter, &[]) else { continue };
+            let truth = enclose(&receiver, &emitter, 20).unwrap();
+            let off = [0, 1, 2].map(|axis| truth.gradient[axis].error_of(answer.gradient[axis]));
+            assert!(truth.radiosity.error_of(answer.radiosity) <= answer.radiosity_error, "{small:e} {large:e}: {answer:?}");
+            // Squares of 1e270 are beyond the range of doubles.
+            let off = DVec3::from(off).max_element();
+            assert!(off <= answer.gradient_error, "{small:e} {large:e}: {answer:?}, {truth:?}");
+            answered += 1;
+            if small > 0.0
+                && let Ok(digits) = evaluate_digits(&receiver, &emitter, &[], 20)
+            {
+                let slope = digits.gradient[2].parse::<f64>().unwrap();
+                assert!((slope - truth.gradient[2].to_f64()).abs() <= 1e-14 * slope.abs(), "{digits:?}, {truth:?}");
+            }
+        }
+    }
+    assert!(answered >= 4, "{answered}");
 }

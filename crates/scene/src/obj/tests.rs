@@ -352,12 +352,13 @@ fn faces_without_area_are_left_out_with_one_note_and_those_that_cross_themselves
         assert!(message.contains(reason), "{message}");
         let read = parse(text.as_bytes(), Path::new("a.obj"), Degenerate::Drop, |_| Ok(Vec::new())).unwrap();
         assert_eq!(read.faces().len(), 1);
-        assert!(read.notes()[1].to_string().starts_with("a.obj:9: 1 face left out"), "{}", read.notes()[1]);
+        assert!(read.notes()[1].to_string().starts_with("a.obj:8: 1 face left out"), "{}", read.notes()[1]);
     }
     let read = scene(&text.replace("f 1 1 3 2", "")).unwrap();
     assert!(read.surfaces().iter().all(|surface| !surface.faces().is_empty()));
     let empty = parse(b"v 0 0 0\nf 1 1 1\n", Path::new("a.obj"), Degenerate::Drop, |_| Ok(Vec::new())).unwrap_err();
-    assert_eq!(empty.to_string(), "a.obj: expected at least one face, found only the 1 that were left out");
+    let none = "a.obj:2: expected at least one face, found none: a polygon needs at least 3 vertices, this one has 1";
+    assert_eq!(empty.to_string(), none);
 }
 
 #[test]

@@ -7,4 +7,5 @@ mod hostile;
 mod overlaps;
 mod prepared;
 mod rounded;
+mod scales;
 mod two_polygons;
