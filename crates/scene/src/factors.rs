@@ -190,7 +190,7 @@ impl<'a> FormFactors<'a> {
     pub fn at_point(&self, receiver: &Receiver, on: Option<usize>, to: usize, tolerance: f64) -> Result<Value, Error> {
         let emitter = self.emitter(to)?;
         let position = self.placement.inward(receiver.position());
-        let receiver = &Receiver::new(position, receiver.direction(), receiver.reflectance()).map_err(Error::Receiver)?;
+        let receiver = &Receiver::new(position, receiver.given_normal(), receiver.reflectance()).map_err(Error::Receiver)?;
         let hiding = match on {
             Some(face) => {
                 self.emitter(face)?;

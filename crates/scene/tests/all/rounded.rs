@@ -6,7 +6,7 @@ use std::io;
 use std::path::Path;
 
 use radgrad_core::{DMat3, DVec3};
-use radgrad_scene::{FactorMatrix, FactorSettings, FormFactors, Materials, Note, Reading, Scene, obj};
+use radgrad_scene::{FactorMatrix, FactorSettings, FormFactors, Materials, Note, Reading, Scene, largest, obj, smallest};
 use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
 
 /// How coordinates are written.
@@ -47,7 +47,7 @@ fn parts(random: &mut ChaCha8Rng, [width, height]: [f64; 2]) -> Vec<Vec<[f64; 2]
     match random.random_range(0..5) {
         0 => vec![vec![[0.0, 0.0], [width, 0.0], [width, height], [0.0, height]]],
         1 => {
-            let low = b.min(d);
+            let low = smallest(b, d);
             vec![vec![[0.0, 0.0], [a, 0.0], [width, 0.0], [width, low], [width, height], [c, height], [0.0, height]]]
         }
         2 => {
@@ -87,10 +87,10 @@ fn walls(random: &mut ChaCha8Rng) -> Vec<(usize, Vec<DVec3>)> {
 }
 
 fn file(faces: &[(usize, Vec<DVec3>)], place: impl Fn(DVec3) -> DVec3, rounding: Rounding) -> (String, f64) {
-    let (mut text, mut largest, mut count) = (String::new(), 0.0_f64, 0);
+    let (mut text, mut farthest, mut count) = (String::new(), 0.0, 0);
     for (index, (_, vertices)) in faces.iter().enumerate() {
         for vertex in vertices.iter().map(|&vertex| place(vertex)) {
-            largest = largest.max(vertex.abs().max_element());
+            farthest = largest(farthest, vertex.abs().max_element());
             let [x, y, z] = vertex.to_array().map(|x| rounding.text(x));
             writeln!(text, "v {x} {y} {z}").unwrap();
         }
@@ -98,7 +98,7 @@ fn file(faces: &[(usize, Vec<DVec3>)], place: impl Fn(DVec3) -> DVec3, rounding:
         writeln!(text, "g {index}\nf {}", places.join(" ")).unwrap();
         count += vertices.len();
     }
-    (text, rounding.unit(largest))
+    (text, rounding.unit(farthest))
 }
 
 fn read(text: &str) -> Scene {
