@@ -255,10 +255,9 @@ impl Line {
     /// use radgrad_scene::case::Line;
     /// let line = br#"{"id":1,"receiver":{"position":[0,0,0],"normal":[0,0,1]},
     ///     "emitter":{"vertices":[[0,0,1],[0,1,1],[1,0,1]],"emission":{"expression":"exp(x)"}}}"#;
-    /// let line = Line::read(1, line).unwrap()?;
+    /// let line = Line::read(1, line).unwrap().unwrap();
     /// assert!(line.clone().answer_within(1_000_000_000).is_ok());
     /// assert!(line.answer_within(10).unwrap_err().error.to_string().contains("a line may take 1.00e1"));
-    /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     ///
     /// # Errors
