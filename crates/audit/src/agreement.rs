@@ -144,7 +144,7 @@ fn compare(case: Name, paper_gate: f64) -> Agreement {
 /// Whether products of lengths, or squares of an emission, leave the range of the doubles that cubature and Monte Carlo work in: the
 /// enclosure, which has exponents enough, stands alone.
 fn is_beyond_doubles(family: Family) -> bool {
-    matches!(family, Family::Subnormal | Family::MixedExponents)
+    matches!(family, Family::Subnormal | Family::MixedExponents | Family::OtherScale | Family::SteepNormal)
 }
 
 /// Value and gradient if the cubature says it converged; to be out of budget, from the start or later, is no disagreement.

@@ -17,6 +17,7 @@ mod near;
 mod occluded;
 mod scene;
 mod spread;
+mod world;
 
 use std::fmt;
 use std::str::FromStr;
@@ -116,6 +117,12 @@ pub enum Family {
     DippingScreen,
     /// An occluder at 2^-24 to 2^-8 of the way, almost touching the receiver.
     NearScreen,
+    /// Components of the receiver's normal are 2^60 to 2^1036 apart, and the small one decides what is seen.
+    SteepNormal,
+    /// An occluder 1e-200 to 1e200 times as far or as large as the emitter.
+    OtherScale,
+    /// A wall stands on the receiver's floor, exactly.
+    Standing,
     /// Occluders behind the receiver, behind the emitter and in its plane hide nothing.
     IdleScreens,
     /// In a closed box, another box in the way.
@@ -128,7 +135,7 @@ pub enum Family {
 
 impl Family {
     /// All of them, in the order of the tables.
-    pub const ALL: [Self; 47] = [
+    pub const ALL: [Self; 50] = [
         Self::Generic,
         Self::Far,
         Self::Clipped,
@@ -172,6 +179,9 @@ impl Family {
         Self::EdgeScreen,
         Self::DippingScreen,
         Self::NearScreen,
+        Self::SteepNormal,
+        Self::OtherScale,
+        Self::Standing,
         Self::IdleScreens,
         Self::Boxes,
         Self::Thicket,
@@ -225,6 +235,9 @@ impl Family {
             Self::EdgeScreen => "edge-screen",
             Self::DippingScreen => "dipping-screen",
             Self::NearScreen => "near-screen",
+            Self::SteepNormal => "steep-normal",
+            Self::OtherScale => "other-scale",
+            Self::Standing => "standing",
             Self::IdleScreens => "idle-screens",
             Self::Boxes => "boxes",
             Self::Thicket => "thicket",
@@ -242,6 +255,22 @@ impl Family {
     #[must_use]
     pub const fn is_refused(self) -> bool {
         matches!(self, Self::EqualVertices)
+    }
+
+    /// Whether as many digits as are asked for can be found of every case: none is left open by its input.
+    #[must_use]
+    pub const fn has_digits(self) -> bool {
+        matches!(
+            self,
+            Self::Generic
+                | Self::Clipped
+                | Self::Far
+                | Self::NGon
+                | Self::SteepNormal
+                | Self::OneScreen
+                | Self::OtherScale
+                | Self::Standing
+        )
     }
 
     /// Of how many cases of other families one is enough here, as each takes so much longer.
@@ -309,6 +338,9 @@ impl Family {
             Self::EdgeScreen => occluded::edge_screen(sampler),
             Self::DippingScreen => occluded::dipping_screen(sampler),
             Self::NearScreen => occluded::near_screen(sampler),
+            Self::SteepNormal => world::steep_normal(sampler),
+            Self::OtherScale => world::other_scale(sampler),
+            Self::Standing => world::standing(sampler),
             Self::IdleScreens => occluded::idle_screens(sampler),
             Self::Boxes => occluded::boxes(sampler),
             Self::Thicket => occluded::thicket(sampler),

@@ -60,6 +60,9 @@ pub const fn share(family: Family) -> u64 {
         Family::OneScreen
         | Family::EdgeScreen
         | Family::DippingScreen
+        | Family::SteepNormal
+        | Family::OtherScale
+        | Family::Standing
         | Family::IdleScreens
         | Family::NearScreen
         | Family::SilhouetteScreen => 3,
@@ -97,7 +100,7 @@ pub(crate) fn effort(name: Name) -> Effort {
             .map(|(every, at)| name.index % every == at);
     let many = if many_by_oracle {
         vec![(MANY[turn(MANY_BY_ORACLE_EVERY, 3)], true)]
-    } else if many {
+    } else if many || name.family == Family::Standing && digits {
         vec![(MANY[turn(MANY_EVERY, 3)], false)]
     } else {
         Vec::new()

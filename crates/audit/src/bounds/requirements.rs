@@ -74,6 +74,9 @@ fn marked(family: Family, table: &FamilyTable) -> Vec<Breach> {
     if family.is_refused() {
         forbidden.push(Mark::Zero);
     }
+    if family.has_digits() {
+        forbidden.push(Mark::ManyDigitsUnanswered);
+    }
     if family.is_dark() {
         forbidden.push(Mark::Nonzero);
     }

@@ -117,7 +117,7 @@ pub(super) fn thousand_triangles(sampler: &mut Sampler) -> Scene {
 
 /// A triangle around a point on the way to a point of the inside, at a share of it between two; its size is so much of the
 /// emitter's size as seen there. On the receiver's side of the emitter's plane.
-fn on_the_way(sampler: &mut Sampler, scene: &Scene, low: f64, high: f64, size: f64) -> Vec<DVec3> {
+pub(super) fn on_the_way(sampler: &mut Sampler, scene: &Scene, low: f64, high: f64, size: f64) -> Vec<DVec3> {
     let corners = [0, 1, 2].map(|k| scene.vertices[k]);
     let share = sampler.between(low, high);
     let middle = scene.position + (inside(sampler, corners) - scene.position) * share;

@@ -140,6 +140,7 @@ const fn kinds_of(family: Family) -> [bool; 4] {
         Family::PolynomialFar | Family::PolynomialClipped => [false, false, false, true],
         Family::SteepExtension => [false, true, true, false],
         Family::CancellingValues => [false, true, false, false],
+        Family::SteepNormal => [true, false, false, false],
         Family::NearCoincidentVertices => [true, false, true, false],
         _ => [true, true, true, false],
     }
@@ -198,7 +199,15 @@ fn screens_hide_what_they_are_meant_to() {
         radgrad_core::evaluate_to(&p.receiver, &p.emitter, &p.occluders[..count], 1e-6).expect("an answer").radiosity
     };
     let share = |p: &Problem| see(p, p.occluders.len()) / see(p, 0);
-    for family in [Family::OneScreen, Family::TenScreens, Family::NearScreen, Family::Boxes, Family::Thicket] {
+    for family in [
+        Family::OneScreen,
+        Family::OtherScale,
+        Family::Standing,
+        Family::TenScreens,
+        Family::NearScreen,
+        Family::Boxes,
+        Family::Thicket,
+    ] {
         let shares: Vec<f64> = problems(family).take(20).map(|p| share(&p)).collect();
         assert!(shares.iter().all(|s| (0.0..1.0).contains(s)) && shares.iter().any(|s| *s > 0.1), "{family}: {shares:?}");
     }
@@ -209,6 +218,28 @@ fn screens_hide_what_they_are_meant_to() {
     }
     let slivers = problems(Family::SilhouetteScreen).take(100).filter(|p| (1e-14..1e-4).contains(&(1.0 - share(p)))).count();
     assert!(slivers > 10, "{slivers}");
+}
+
+#[test]
+fn occluders_are_of_any_scale_and_walls_stand_on_the_floor() {
+    let of = |p: &Problem| p.occluders[0].vertices().iter().map(|v| v.abs().max_element()).fold(0.0, f64::max);
+    let sizes: Vec<f64> = problems(Family::OtherScale).map(|p| of(&p)).collect();
+    assert!(sizes.iter().any(|size| *size < 1e-150) && sizes.iter().any(|size| *size > 1e150));
+    let feet = |p: &Problem| p.occluders[0].vertices().iter().filter(|v| v.z == p.receiver.position().z).count();
+    assert!(problems(Family::Standing).all(|p| (1..=2).contains(&feet(&p)) && p.receiver.normal() == DVec3::Z));
+    assert!(problems(Family::Standing).any(|p| feet(&p) == 1) && problems(Family::Standing).any(|p| feet(&p) == 2));
+}
+
+#[test]
+fn components_of_normals_are_far_apart_and_none_is_lost() {
+    let mut ratios = Vec::new();
+    for index in 0..COUNT {
+        let mut sizes = Family::SteepNormal.case(1, index).receiver.normal;
+        sizes.sort_by(f64::total_cmp);
+        assert!(sizes[0] == 0.0 && sizes[1] >= f64::MIN_POSITIVE && sizes[2].is_finite(), "{sizes:?}");
+        ratios.push(sizes[1] / sizes[2]);
+    }
+    assert!(ratios.iter().any(|ratio| *ratio < f64::MIN_POSITIVE) && ratios.iter().any(|ratio| *ratio > 1e-40));
 }
 
 #[test]
