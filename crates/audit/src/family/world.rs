@@ -11,20 +11,20 @@ use super::scene::Scene;
 use super::spread;
 use crate::sampler::{Sampler, power_of_two};
 
-/// An occluder 2^-664 to 2^664 times as far away, or as large, as the emitter (10^-200 to 10^200). The receiver is at the origin, so that
-/// what is nearer is so exactly; what is larger ends in the way, and reaches out along the axes.
+/// An occluder 2^-160 to 2^160 times as far away, or as large, as the emitter: beyond, the enclosure has no truth within its budget. The
+/// receiver is at the origin, so that what is nearer is so exactly; what is larger ends in the way, and reaches out along the axes.
 pub(super) fn other_scale(sampler: &mut Sampler) -> Scene {
     let mut scene = spread::generic(sampler);
     let origin = std::mem::replace(&mut scene.position, DVec3::ZERO);
     scene.vertices.iter_mut().for_each(|vertex| *vertex -= origin);
     let screen = on_the_way(sampler, &scene, 0.2, 0.8, 0.3);
     let screen = if sampler.one_in(2) {
-        let near = sampler.spread(-664, -8);
+        let near = sampler.spread(-160, -8);
         screen.iter().map(|v| *v * near).collect()
     } else {
         let first = sampler.below(3) as usize;
         let [along, outward] = [(first + 1) % 3, (first + 2) % 3];
-        let (reach, side) = (power_of_two(sampler.integer(8, 664)), sampler.sign());
+        let (reach, side) = (power_of_two(sampler.integer(8, 160)), sampler.sign());
         let mut corners = [screen[0]; 3];
         (corners[0][along], corners[1][along], corners[2][outward]) = (-reach, reach, side * reach);
         corners.to_vec()
@@ -56,12 +56,12 @@ pub(super) fn standing(sampler: &mut Sampler) -> Scene {
     Scene { occluders: vec![wall], ..Scene::open(position, DVec3::Z, vertices.to_vec(), emission) }
 }
 
-/// A receiver's normal whose components are 2^60 to 2^1036 apart, and an emitter that reaches just up to the horizon of the large one: what
-/// is seen is as narrow as the small one is.
+/// A receiver's normal whose components are 2^60 to 2^400 apart, and an emitter that reaches just up to the horizon of the large one: what
+/// is seen is as narrow as the small one is. The radiosity is as the square of that, and the enclosure's radii are doubles.
 pub(super) fn steep_normal(sampler: &mut Sampler) -> Scene {
     let turn = sampler.below(3) as usize;
     let turned = |v: [f64; 3]| DVec3::from_array([0, 1, 2].map(|axis| v[(axis + turn) % 3]));
-    let exponent = sampler.integer(60, 1036);
+    let exponent = sampler.integer(60, 400);
     // So that neither leaves the normal range.
     let largest = sampler.integer(exponent - 1020, 1000);
     let small = sampler.between(1.0, 2.0) * power_of_two(largest - exponent);
@@ -71,6 +71,6 @@ pub(super) fn steep_normal(sampler: &mut Sampler) -> Scene {
     let distance = sampler.between(0.5, 2.0);
     let corners = [[near, low], [near, 0.0], [far, 0.0], [far, lower]];
     let vertices = corners.map(|[across, height]| turned([distance, across, height])).to_vec();
-    let constant = sampler.between(0.5, 1.0) * power_of_two(exponent.min(1000));
+    let constant = sampler.between(0.5, 1.0) * power_of_two(exponent);
     Scene::open(DVec3::ZERO, normal, vertices, EmissionRecord::Constant { constant })
 }
