@@ -117,7 +117,7 @@ pub enum Family {
     DippingScreen,
     /// An occluder at 2^-24 to 2^-8 of the way, almost touching the receiver.
     NearScreen,
-    /// Components of the receiver's normal are 2^60 to 2^400 apart, and the small one decides what is seen.
+    /// Components of the receiver's normal are 2^60 to 2^240 apart, and the small one decides what is seen.
     SteepNormal,
     /// An occluder 2^-160 to 2^160 times as far or as large as the emitter.
     OtherScale,

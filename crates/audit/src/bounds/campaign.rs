@@ -60,7 +60,6 @@ pub const fn share(family: Family) -> u64 {
         Family::OneScreen
         | Family::EdgeScreen
         | Family::DippingScreen
-        | Family::SteepNormal
         | Family::OtherScale
         | Family::Standing
         | Family::IdleScreens
@@ -69,6 +68,7 @@ pub const fn share(family: Family) -> u64 {
         Family::FarScreen
         | Family::ScreenScale
         | Family::PolynomialFar
+        | Family::SteepNormal
         | Family::EqualVertices
         | Family::HundredVertices
         | Family::TenScreens

@@ -41,7 +41,7 @@ impl Family {
             Self::EdgeScreen => "a screen that shares an edge with the emitter",
             Self::DippingScreen => "a screen with a corner in the emitter's plane, or 2^-52 to 2^-30 off it",
             Self::NearScreen => "a screen almost touching the receiver",
-            Self::SteepNormal => "components of the receiver's normal are 2^60 to 2^400 apart",
+            Self::SteepNormal => "components of the receiver's normal are 2^60 to 2^240 apart",
             Self::OtherScale => "an occluder is 2^-160 to 2^160 times as far or as large as the emitter",
             Self::Standing => "a wall stands on the receiver's floor, exactly",
             Self::IdleScreens => "screens that hide nothing: behind the receiver, behind the emitter or in its plane",

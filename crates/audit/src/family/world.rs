@@ -56,12 +56,12 @@ pub(super) fn standing(sampler: &mut Sampler) -> Scene {
     Scene { occluders: vec![wall], ..Scene::open(position, DVec3::Z, vertices.to_vec(), emission) }
 }
 
-/// A receiver's normal whose components are 2^60 to 2^400 apart, and an emitter that reaches just up to the horizon of the large one: what
+/// A receiver's normal whose components are 2^60 to 2^240 apart, and an emitter that reaches just up to the horizon of the large one: what
 /// is seen is as narrow as the small one is. The radiosity is as the square of that, and the enclosure's radii are doubles.
 pub(super) fn steep_normal(sampler: &mut Sampler) -> Scene {
     let turn = sampler.below(3) as usize;
     let turned = |v: [f64; 3]| DVec3::from_array([0, 1, 2].map(|axis| v[(axis + turn) % 3]));
-    let exponent = sampler.integer(60, 400);
+    let exponent = sampler.integer(60, 240);
     // So that neither leaves the normal range.
     let largest = sampler.integer(exponent - 1020, 1000);
     let small = sampler.between(1.0, 2.0) * power_of_two(largest - exponent);
