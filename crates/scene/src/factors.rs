@@ -182,8 +182,9 @@ impl<'a> FormFactors<'a> {
     }
 
     /// Factor from a point to a face, times the receiver's reflectance. `on` is the face that the receiver is a point of, if any:
-    /// neither it nor a face level with it up to rounding hides anything. Where the emitter is level with that face, or the receiver with the
-    /// emitter, coordinates as they are decide what hides it.
+    /// neither it nor a face level with it up to rounding hides anything, and one that is level with it and faces the other way, as the back of
+    /// a plate, gives it nothing. Where the emitter is level with that face otherwise, or the receiver with the emitter, coordinates as they are
+    /// decide what hides it.
     ///
     /// # Errors
     /// If there is no such face, the tolerance is not finite or negative, or the factor underflows.
@@ -193,7 +194,12 @@ impl<'a> FormFactors<'a> {
         let receiver = &Receiver::new(position, receiver.given_normal(), receiver.reflectance()).map_err(Error::Receiver)?;
         let hiding = match on {
             Some(face) => {
-                self.emitter(face)?;
+                let own = self.emitter(face)?.polygon();
+                // Of two faces in one plane, back to back, which one is before the other is a matter of rounding.
+                let is_opposed = own.normal().dot(emitter.polygon().normal()) < 0.0;
+                if is_opposed && Beam::from_point_of(own, receiver.position(), emitter.polygon()).is_none() {
+                    return Ok(Value { radiosity: 0.0, radiosity_error: 0.0, method: Method::Zero });
+                }
                 self.hiding(receiver, face, to)
             }
             None => Beam::from_receiver(receiver, emitter.polygon()).map(|beam| self.in_beam(&beam, [to, to])),

@@ -93,3 +93,24 @@ fn faces_that_overlap_have_no_factors() {
         "{error}"
     );
 }
+
+#[test]
+fn the_back_of_a_plate_gives_its_front_nothing() {
+    let (along, up) = (DVec3::new(0.6, 0.3, 0.1), DVec3::new(-0.2, 0.5, 0.4));
+    let corner = DVec3::new(0.8, 0.5, 0.4);
+    let side = |along: DVec3, up: DVec3| Polygon::new(vec![corner, corner + along, corner + along + up, corner + up]).unwrap();
+    let mut scene = Scene::new(["grey"]).unwrap();
+    let (white, plate) = (scene.add_material("white", [0.5], [0.0]).unwrap(), scene.add_surface("plate"));
+    for polygon in [side(along, up), side(up, along)] {
+        scene.add_face(plate, white, polygon, None).unwrap();
+    }
+    let factors = FormFactors::new(&scene).unwrap();
+    for k in 0..200 {
+        let [s, t] = [f64::from(k % 20) / 20.0, f64::from(k / 20) / 10.0];
+        let point = corner + along * s + up * t;
+        for face in [0, 1] {
+            let receiver = Receiver::new(point, scene.faces()[face].polygon().normal(), 1.0).unwrap();
+            assert_eq!(factors.at_point(&receiver, Some(face), 1 - face, 1e-9).unwrap().radiosity, 0.0, "{s} {t}");
+        }
+    }
+}

@@ -1,0 +1,34 @@
+//! Errors of a request.
+
+use radgrad_core::DVec3;
+
+/// Every way in which this crate refuses a request. Messages give the value, its place and the rule it breaks.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// The probability that an interval fails is none.
+    #[error("an interval is to fail with probability {value}: it must be above 0 and below 1")]
+    Delta {
+        /// The value given.
+        value: f64,
+    },
+    /// The width asked for is none.
+    #[error("the half-width of the interval is {value}: it must be above 0, relative to the mean radiosity that is reflected")]
+    Width {
+        /// The value given.
+        value: f64,
+    },
+    /// A point is on no face, or has no direction.
+    #[error("point {index} at {position}: {rule}")]
+    Point {
+        /// Index of the point, from 0.
+        index: usize,
+        /// The point.
+        position: DVec3,
+        /// The rule that it breaks.
+        rule: String,
+    },
+    /// The scene is refused.
+    #[error(transparent)]
+    Scene(#[from] radgrad_scene::Error),
+}

@@ -1,0 +1,130 @@
+//! The certificate of the mean.
+
+use radgrad_scene::{Prepared, Scene};
+use rand::SeedableRng;
+use rand::rngs::ChaCha8Rng;
+
+use crate::error::Error;
+use crate::model::Model;
+use crate::paths::{Tally, Walks};
+use crate::sampling::{Block, Trial, Walker};
+use crate::source::Source;
+use crate::{Certificate, Interval, Request};
+
+/// Walks of one stream of random numbers.
+const BLOCK: usize = 64;
+
+/// The part of the rays that walks from lamps may need, by their pilot, before pairs are tried.
+const PATIENCE: f64 = 0.1;
+
+/// Limits of a scene's mean radiosity.
+///
+/// ```
+/// use radgrad_certificate::{Request, certify};
+/// # use radgrad_scene::{Degenerate, Scene};
+/// # let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/scenes/two_blocks.obj");
+/// let scene = Scene::read(file, Degenerate::Refuse)?;
+/// let request = Request { width: 0.2, ..Request::default() };
+/// // The same seed gives the same bytes.
+/// assert_eq!(certify(&scene, &request)?, certify(&scene, &request)?);
+/// # Ok::<(), radgrad_certificate::Error>(())
+/// ```
+///
+/// # Errors
+/// If the request is out of range, or the scene is refused as in [`Prepared::of`].
+pub fn certify(scene: &Scene, request: &Request) -> Result<Certificate, Error> {
+    request.check()?;
+    let prepared = Prepared::of(scene)?;
+    let model = Model::new(&prepared);
+    let lamps = Source::lamps(&model);
+    if lamps.power() == 0.0 {
+        let dark = vec![Interval { lower: 0.0, upper: 0.0 }; model.channels];
+        let surfaces = vec![vec![0.0; model.channels]; model.surfaces()];
+        let Request { delta, seed, .. } = *request;
+        return Ok(Certificate { mean: dark.clone(), reflected: dark, surfaces, delta, seed, walks: 0, rays: 0 });
+    }
+    let (trial, pilots) = best(&model, lamps, request)?;
+    let outcome = trial.run()?;
+    let unit = trial.walker.source.power() / model.area;
+    let reflected: Vec<Interval> = outcome.limits.iter().map(|limits| limits.map(|limit| limit * unit)).collect();
+    let means = |(surface, sums): (usize, &[f64])| {
+        let each = unit * model.area / (outcome.walks as f64 * model.area_of(surface));
+        sums.iter().map(|sum| if *sum == 0.0 { 0.0 } else { sum * each }).collect()
+    };
+    Ok(Certificate {
+        mean: reflected.iter().zip(&model.emitted).map(|(of, emitted)| of.map(|value| value + emitted)).collect(),
+        reflected,
+        surfaces: outcome.surfaces.chunks(model.channels).enumerate().map(means).collect(),
+        delta: request.delta,
+        seed: request.seed,
+        walks: outcome.walks,
+        rays: outcome.rays + pilots - trial.rays,
+    })
+}
+
+/// The walks that need the least work, by pilots, and the rays of all of these.
+fn best<'a>(model: &'a Model<'a>, lamps: Source, request: &Request) -> Result<(Trial<FromLamps<'a>>, u64), Error> {
+    let delta = request.delta / model.channels as f64;
+    let trial = |walks: Walks<'a>, source: Source, kind: u64| Trial::new(FromLamps { walks, source }, request, delta, kind);
+    let ending = Walks::ending(model);
+    let mut best = trial(ending.clone(), lamps, 0)?;
+    let mut rays = best.rays;
+    if best.work() > PATIENCE * request.rays as f64
+        && let Some(pairs) = Source::pairs(model)
+    {
+        let other = trial(ending.clone(), pairs, 1)?;
+        rays += other.rays;
+        if other.work() < best.work() {
+            best = other;
+        }
+    }
+    let cut = best.cut();
+    if best.is_lit()
+        && let Some(mut persistent) = ending.persistent()
+    {
+        persistent.cut.clone_from(&cut);
+        let other = trial(persistent, best.walker.source.clone(), 2)?;
+        rays += other.rays;
+        if other.work() < best.work() {
+            best = other;
+        }
+    }
+    best.walker.walks.cut = cut;
+    Ok((best, rays))
+}
+
+/// Walks from lamps.
+struct FromLamps<'a> {
+    walks: Walks<'a>,
+    source: Source,
+}
+
+impl Walker for FromLamps<'_> {
+    fn block(&self, seed: u64, stream: u64) -> Result<Block, Error> {
+        let Walks { model, .. } = &self.walks;
+        let mut generator = ChaCha8Rng::seed_from_u64(seed);
+        generator.set_stream(stream);
+        let mut tally =
+            Tally { sums: vec![0.0; model.channels], rays: 0, surfaces: vec![0.0; model.surfaces() * model.channels] };
+        let mut weights = vec![0.0; model.channels];
+        let mut sums = Vec::with_capacity(BLOCK * model.channels);
+        for _ in 0..BLOCK {
+            tally.sums.fill(0.0);
+            self.source.walk(&self.walks, &mut generator, &mut weights, &mut tally);
+            sums.extend(tally.sums.iter().map(|sum| [*sum; 2]));
+        }
+        Ok(Block { sums, rays: tally.rays, surfaces: tally.surfaces })
+    }
+
+    fn ranges(&self) -> Vec<f64> {
+        self.source.ranges(&self.walks)
+    }
+
+    fn known(&self) -> Vec<f64> {
+        vec![0.0; self.walks.model.channels]
+    }
+
+    fn leaves_out(&self) -> Vec<f64> {
+        self.walks.cut.clone()
+    }
+}

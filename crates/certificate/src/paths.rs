@@ -1,0 +1,135 @@
+//! Random walks, and what each of them contributes.
+//!
+//! A walk carries a weight for each channel. Where it arrives the weights are multiplied by the reflectance there, and what is then left is
+//! reflected light. After that it goes on with probability [`Walks::survival`], whatever its weight, and weights are divided by that: the sum
+//! over all arrivals has the same expectation whatever the survival is, and if its square is above what two reflections leave at most, a range
+//! that is known before the first draw. A walk whose weights are so small that all that it may still add is below [`Walks::cut`] ends, and the
+//! cut is added to the upper limit. Where light comes to the same wherever it goes, a survival of 1 leaves no variance.
+
+use std::f64::consts::PI;
+
+use radgrad_core::DVec3;
+use radgrad_scene::largest;
+use rand::RngExt;
+use rand::rngs::ChaCha8Rng;
+
+use crate::model::Model;
+
+/// The rules of all walks.
+#[derive(Debug, Clone)]
+pub(crate) struct Walks<'a> {
+    pub(crate) model: &'a Model<'a>,
+    /// The probability with which a walk goes on after each reflection.
+    pub(crate) survival: f64,
+    /// Of each channel, the most that all reflections of a walk add up to that arrives with weight 1, and that are still to come after one.
+    pub(crate) most: Vec<f64>,
+    pub(crate) more: Vec<f64>,
+    /// Of each channel, what a walk may leave out when it ends.
+    pub(crate) cut: Vec<f64>,
+}
+
+/// What a walk has added up.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Tally {
+    /// In each channel.
+    pub(crate) sums: Vec<f64>,
+    /// Rays so far.
+    pub(crate) rays: u64,
+    /// What surfaces reflected so far, channel by channel.
+    pub(crate) surfaces: Vec<f64>,
+}
+
+impl<'a> Walks<'a> {
+    /// Walks of a range that is about twice as wide as without an end, and that are about as long.
+    pub(crate) fn ending(model: &'a Model<'a>) -> Self {
+        let bounds = model.largest_reflectances();
+        let double = bounds.iter().map(|[_, double]| *double).fold(0.0, largest);
+        Self::new(model, &bounds, double.min(WHITEST).powf(0.25))
+    }
+
+    /// The same walks until little is left of their weights, if they come to that.
+    pub(crate) fn persistent(&self) -> Option<Self> {
+        let walks = Self::new(self.model, &self.model.largest_reflectances(), 1.0);
+        walks.more.iter().all(|more| more.is_finite()).then_some(walks)
+    }
+
+    fn new(model: &'a Model<'a>, bounds: &[[f64; 2]], survival: f64) -> Self {
+        let most: Vec<f64> = bounds.iter().map(|[single, double]| series(*single, *double, survival)).collect();
+        let more = most.iter().map(|most| most / survival).collect();
+        Self { model, survival, most, more, cut: vec![0.0; model.channels] }
+    }
+
+    /// Adds what is reflected of light that arrives on a face, and of what that lights.
+    pub(crate) fn arrive(
+        &self,
+        (mut face, mut point): (usize, DVec3),
+        weights: &mut [f64],
+        generator: &mut ChaCha8Rng,
+        tally: &mut Tally,
+    ) {
+        loop {
+            self.model.reflect(face, point, weights);
+            let surface = self.model.faces[face].surface * self.model.channels;
+            for (channel, weight) in weights.iter().enumerate() {
+                tally.sums[channel] += weight;
+                tally.surfaces[surface + channel] += weight;
+            }
+            match self.go_on(face, point, weights, generator, &mut tally.rays) {
+                Some(hit) => (face, point) = hit,
+                None => return,
+            }
+        }
+    }
+
+    /// Where a walk goes after a reflection, if it does.
+    pub(crate) fn go_on(
+        &self,
+        face: usize,
+        point: DVec3,
+        weights: &mut [f64],
+        generator: &mut ChaCha8Rng,
+        rays: &mut u64,
+    ) -> Option<(usize, DVec3)> {
+        let is_little = |((weight, more), cut): ((&f64, &f64), &f64)| *weight == 0.0 || weight * more <= *cut;
+        if weights.iter().zip(&self.more).zip(&self.cut).all(is_little) || generator.random::<f64>() >= self.survival {
+            return None;
+        }
+        weights.iter_mut().for_each(|weight| *weight /= self.survival);
+        *rays += 1;
+        self.model.hit(Some(face), point, by_cosine(self.model.faces[face].normal, generator))
+    }
+}
+
+/// The product of the reflectances of two faces that see each other above which survival does not rise: walks are then 10,000 reflections long.
+const WHITEST: f64 = 0.9996;
+
+/// The most that reflections add up to, if one leaves `single` and two `double`.
+fn series(single: f64, double: f64, survival: f64) -> f64 {
+    let pair = double / (survival * survival);
+    if double == 0.0 {
+        single
+    } else if pair < 1.0 {
+        (single + double / survival) / (1.0 - pair)
+    } else {
+        f64::INFINITY
+    }
+}
+
+/// A direction with the density `cos / pi` around a unit normal: a uniform point of the disk, raised to the hemisphere.
+pub(crate) fn by_cosine(normal: DVec3, generator: &mut ChaCha8Rng) -> DVec3 {
+    let radius = generator.random::<f64>();
+    let (sin, cos) = (2.0 * PI * generator.random::<f64>()).sin_cos();
+    let [tangent, other] = tangents(normal);
+    (tangent * cos + other * sin) * radius.sqrt() + normal * (1.0 - radius).sqrt()
+}
+
+/// Two unit vectors that make a right-handed frame with a unit normal (T. Duff et al., JCGT 2017).
+fn tangents(normal: DVec3) -> [DVec3; 2] {
+    let sign = 1.0_f64.copysign(normal.z);
+    let a = -1.0 / (sign + normal.z);
+    let b = normal.x * normal.y * a;
+    [
+        DVec3::new(1.0 + sign * normal.x * normal.x * a, sign * b, -sign * normal.x),
+        DVec3::new(b, sign + normal.y * normal.y * a, -normal.y),
+    ]
+}
