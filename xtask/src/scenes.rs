@@ -81,9 +81,14 @@ fn hold(cases: u64, plant: bool, effort: &Effort, arguments: &Arguments, gates: 
     write_whole(&out.join("scenes.csv"), |file| table.write(file))?;
     write_whole(&out.join("scene-statements.csv"), |file| table.write_statements(file))?;
     let (scenes, judged, wrong) = (table.scenes(), table.judged(), table.wrong());
-    println!("{scenes} scenes, seed {}: {judged} bounds judged, {wrong} broken or failed\n{}", arguments.seed, printed(&table));
+    println!(
+        "{scenes} scenes, seed {}: {judged} statements judged, {wrong} broken or failed\n{}",
+        arguments.seed,
+        printed(&table)
+    );
     let mut record = Record::new("scenes", arguments.seed, scenes);
-    record.note("bounds_judged", judged);
+    record.note("judged", judged);
+    record.note("share_off", table.share_off().map_or_else(String::new, |share| format!("{share:.4}")));
     record.note("broken_or_failed", wrong);
     record.note("seconds", format!("{:.0}", start.elapsed().as_secs_f64()));
     let requirement = gates.scenes();
@@ -92,6 +97,13 @@ fn hold(cases: u64, plant: bool, effort: &Effort, arguments: &Arguments, gates: 
         record.violated(
             format_args!("{family}: {subject}: {:.0} % of the statements were judged, the gate is {least:.0} %", 100.0 * part),
             &format!("cargo xtask verify --scenes --family {family}"),
+        );
+    }
+    if let Some(off) = table.share_off().filter(|off| *off > requirement.most_off) {
+        let [off, most] = [off, requirement.most_off].map(|share| 100.0 * share);
+        record.violated(
+            format_args!("scenes: of {off:.1} % of the estimates the error is more than three times, the gate is {most:.1} %"),
+            "cargo xtask verify --scenes",
         );
     }
     if wrong > requirement.broken {
@@ -104,7 +116,7 @@ fn hold(cases: u64, plant: bool, effort: &Effort, arguments: &Arguments, gates: 
         plant_faults(arguments.seed, out, requirement.missed_faults, &mut record)?;
     }
     if judged == 0 {
-        record.violated("scenes: no bound was judged", "cargo xtask verify --scenes");
+        record.violated("scenes: nothing was judged", "cargo xtask verify --scenes");
     }
     Ok(Held { passed: record.write(out)?, scenes, judged })
 }
@@ -204,7 +216,7 @@ pub(crate) fn gradients(scenes: u64, arguments: &Arguments, gates: &Gates) -> Re
 pub(crate) struct Held {
     pub(crate) passed: bool,
     pub(crate) scenes: u64,
-    /// Bounds held against truth.
+    /// Statements held against truth.
     pub(crate) judged: u64,
 }
 
@@ -228,6 +240,7 @@ fn printed(table: &Table) -> String {
         "scenes",
         "held",
         "broken",
+        "off",
         "rough",
         "refused",
         "failed",
@@ -237,9 +250,9 @@ fn printed(table: &Table) -> String {
     ]);
     let figure = |value: Option<f64>| value.map_or_else(String::new, |value| format!("{value:.1e}"));
     for ((family, subject), row) in &table.rows {
-        let Row { scenes, held, broken, rough, refused, failed, .. } = row;
+        let Row { scenes, held, broken, off, rough, refused, failed, .. } = row;
         let mut cells = vec![family.to_string(), subject.name().to_owned()];
-        cells.extend([scenes, held, broken, rough, refused, failed].map(u64::to_string));
+        cells.extend([scenes, held, broken, off, rough, refused, failed].map(u64::to_string));
         cells.extend([figure(row.median_over_error()), figure(row.median_estimate()), format!("{:.2}", row.seconds_an_answer())]);
         printed.add_row(cells);
     }
@@ -332,7 +345,7 @@ pub(crate) fn replay(name: Name) -> Result<bool, Box<dyn Error>> {
                         one.verdict,
                         statement.of.name(),
                         statement.value,
-                        statement.bound,
+                        statement.stated.size(),
                         one.known.value,
                         interval.low,
                         interval.high

@@ -50,8 +50,6 @@ pub enum Of {
     Oracle(Arithmetic, u32),
     /// A bent sheet of lamps by a tree, from the receiver of this number.
     Tree(u64),
-    /// A box whose sides are so many squares by as many, in even light.
-    Box(usize),
     /// A scene.
     Scene(scenes::statement::Subject, scenes::family::Name),
 }
@@ -171,7 +169,7 @@ pub enum Asked {
     Core,
     /// The oracle.
     Oracle,
-    /// Form factors, fields and solutions of scenes.
+    /// Form factors and fields of scenes.
     Scenes,
 }
 
@@ -181,7 +179,7 @@ impl Of {
     pub const fn asks(self) -> Asked {
         match self {
             Self::Oracle(..) => Asked::Oracle,
-            Self::Scene(..) | Self::Box(_) => Asked::Scenes,
+            Self::Scene(..) => Asked::Scenes,
             _ => Asked::Core,
         }
     }
@@ -193,9 +191,8 @@ impl Of {
     pub fn asked(self, case: Option<&Case>) -> Result<Said, String> {
         match (self, case) {
             (Self::Tree(index), None) => of_tree(index),
-            (Self::Box(side), None) => of_box(side),
             (Self::Scene(subject, name), None) => of_scene(subject, name),
-            (Self::Tree(_) | Self::Box(_) | Self::Scene(..), Some(_)) => Err(format!("{self} has no case")),
+            (Self::Tree(_) | Self::Scene(..), Some(_)) => Err(format!("{self} has no case")),
             (_, None) => Err(format!("{self} of no case")),
             (_, Some(case)) => {
                 let problem = case.problem().map_err(|error| error.to_string())?;
@@ -204,7 +201,7 @@ impl Of {
                     Self::Hessian(tolerance) => of_hessian(tolerance, &problem),
                     Self::Irradiance(tolerance) => of_irradiance(tolerance, &problem),
                     Self::Oracle(arithmetic, digits) => of_oracle(arithmetic, digits, &problem),
-                    Self::Tree(_) | Self::Box(_) | Self::Scene(..) => Err(format!("{self} of a case")),
+                    Self::Tree(_) | Self::Scene(..) => Err(format!("{self} of a case")),
                 }
             }
         }
@@ -335,14 +332,6 @@ fn of_scene(subject: scenes::statement::Subject, name: scenes::family::Name) -> 
     Ok(Said { statements: said.iter().map(|(value, bound)| Statement::new(&[*value], *bound)).collect(), wrong: Vec::new() })
 }
 
-/// From a thousand faces on light from afar comes from clusters, by samples, with a bound of its own. The radiosity is 1 everywhere.
-fn of_box(side: usize) -> Result<Said, String> {
-    let said = scenes::statement::of_box(side)?;
-    let off = |(value, bound): &&(f64, f64)| (value - 1.0).abs() > *bound;
-    let wrong = said.iter().filter(off).map(|(value, bound)| format!("{value:?} +- {bound:e}, it is 1")).collect();
-    Ok(Said { statements: said.iter().map(|(value, bound)| Statement::new(&[*value], *bound)).collect(), wrong })
-}
-
 /// All records of the files `*.jsonl` in a folder, by file name.
 ///
 /// # Errors
@@ -362,7 +351,6 @@ impl fmt::Display for Of {
                 write!(f, "oracle {name} {digits}")
             }
             Self::Tree(index) => write!(f, "tree {index}"),
-            Self::Box(side) => write!(f, "box {side}"),
             Self::Scene(subject, name) => write!(f, "{} {name}", subject.name()),
         }
     }
@@ -391,7 +379,6 @@ impl FromStr for Of {
             "hessian" => Ok(Self::Hessian(tolerance()?)),
             "irradiance" => Ok(Self::Irradiance(tolerance()?)),
             "tree" => Ok(Self::Tree(rest.parse().map_err(|_| bad())?)),
-            "box" => Ok(Self::Box(rest.parse().map_err(|_| bad())?)),
             "oracle" => {
                 let (name, digits) = rest.split_once(' ').ok_or_else(bad)?;
                 let (_, arithmetic) = ARITHMETICS.iter().find(|(known, _)| *known == name).ok_or_else(bad)?;
@@ -427,7 +414,7 @@ mod tests {
     #[test]
     fn what_is_asked_reads_back_from_its_name() {
         let scene = Of::Scene(scenes::statement::Subject::Factors, "facing:1:0".parse().unwrap());
-        let asked = [Of::Hessian(1e-10), Of::Irradiance(1.0), Of::Oracle(Arithmetic::Limbs, 36), Of::Tree(3), Of::Box(13), scene];
+        let asked = [Of::Hessian(1e-10), Of::Irradiance(1.0), Of::Oracle(Arithmetic::Limbs, 36), Of::Tree(3), scene];
         for of in asked.into_iter().chain([Of::Answer(Ask::Value(1.0))]) {
             assert_eq!(of.to_string().parse(), Ok(of));
         }

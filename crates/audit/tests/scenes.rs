@@ -4,7 +4,7 @@ use radgrad_audit::scenes::family::{Family, Name};
 use radgrad_audit::scenes::faults::{Fault, find};
 use radgrad_audit::scenes::judge::{Ending, Judged, Verdict, judge};
 use radgrad_audit::scenes::model::{Exact, Expected, Model, Probe, Ways};
-use radgrad_audit::scenes::statement::{Quantum, Statement, Subject};
+use radgrad_audit::scenes::statement::{Quantum, Stated, Statement, Subject};
 use radgrad_audit::scenes::table::{Requirement, Table};
 use radgrad_oracle::confidence::ConfidenceInterval;
 use radgrad_oracle::scene::{Effort, Known};
@@ -64,7 +64,7 @@ fn places(count: u32) -> impl Iterator<Item = [f64; 2]> {
 }
 
 #[test]
-fn at_a_thousand_points_of_scenes_that_are_known_bounds_hold() {
+fn at_a_thousand_points_of_scenes_that_are_known_errors_are_within_three_estimates() {
     for name in ["furnace:1:0", "facing:1:0", "facing:1:1", "facing:1:2", "facing:1:3"] {
         let mut model = name.parse::<Name>().unwrap().model();
         model.ways = Ways::default();
@@ -79,8 +79,8 @@ fn at_a_thousand_points_of_scenes_that_are_known_bounds_hold() {
         assert!(!outcome.fails(&model), "{name}: {:?}", outcome.faults(&model));
         let Ending::Judged(all) = outcome.ending else { panic!("{name} has no answer") };
         assert!(all.len() > 1000 && all.iter().all(|one| one.verdict == Verdict::Held), "{name}: {} points", all.len());
-        let widest = all.iter().map(|one| one.statement.bound).fold(0.0, f64::max);
-        println!("{name}, degree {:?}: bounds of at most {widest:e}", model.degree);
+        let widest = all.iter().map(|one| one.statement.stated.size()).fold(0.0, f64::max);
+        println!("{name}, degree {:?}: estimates of at most {widest:e}", model.degree);
         assert!(model.exact != Exact::Even(1.0) || widest < 1e-6, "{name}: {widest:e}");
     }
 }
@@ -88,11 +88,20 @@ fn at_a_thousand_points_of_scenes_that_are_known_bounds_hold() {
 #[test]
 fn what_was_not_judged_is_counted_and_gated() {
     // A truth that is wider than the bound and than a thirtieth of what it is about judges nothing.
-    let statement = Statement { of: Quantum::Mean(0), value: 1.0, bound: 0.1, estimate: None };
+    let stated = |stated: Stated| Statement { of: Quantum::Mean(0), value: 1.0, stated };
     let within = |low: f64, high: f64| Known { value: 0.5 * (low + high), interval: ConfidenceInterval { low, high } };
     let verdicts =
-        [(0.0, 3.0), (0.95, 1.2), (1.2, 1.3)].map(|(low, high)| Judged::new(statement, within(low, high), 1.0).verdict);
-    assert_eq!(verdicts, [Verdict::Rough, Verdict::Rough, Verdict::Broken]);
+        |of: Stated, truths: [(f64, f64); 3]| truths.map(|(low, high)| Judged::new(stated(of), within(low, high), 1.0).verdict);
+    assert_eq!(
+        verdicts(Stated::Bound(0.1), [(0.0, 3.0), (0.95, 1.2), (1.2, 1.3)]),
+        [Verdict::Rough, Verdict::Rough, Verdict::Broken]
+    );
+    // An estimate may be a third of the error.
+    assert_eq!(
+        verdicts(Stated::Estimate(0.1), [(0.0, 3.0), (1.2, 1.3), (1.4, 1.5)]),
+        [Verdict::Rough, Verdict::Held, Verdict::Off]
+    );
+    assert_eq!(verdicts(Stated::Estimate(f64::NAN), [(0.0, 3.0), (0.9, 1.1), (1.2, 1.3)]), [Verdict::Broken; 3]);
     let mut table = Table::of(&[Family::Facing], 1, 1, &EFFORT, |_, _| ());
     assert!(table.hardly_judged(&Requirement::default()).is_empty());
     let row = table.rows.get_mut(&(Family::Facing, Subject::Solve)).unwrap();

@@ -11,7 +11,7 @@ use radgrad_solver::{Ledger, Shape, Solution};
 /// A format of a solution.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Format {
-    /// XML of VTK: radiosity, gradient, bounds and estimates at vertices; surfaces and the ledger on cells.
+    /// XML of VTK: radiosity, gradient and estimates of their errors at vertices; surfaces, and the estimate by its sources, on cells.
     Vtu,
     /// Polygons with sRGB colours.
     Ply,
@@ -72,8 +72,7 @@ fn names_and_units(channels: &[String], scene: &Scene, output: &mut dyn Write) -
     writeln!(output, "</FieldData>")
 }
 
-/// Arrays have a component for each channel, named for it, and gradients three. Bounds are there once they are proven; since no
-/// radiosity is negative the lower one is not either.
+/// Arrays have a component for each channel, named for it, and gradients three.
 fn vtu(solution: &Solution, scene: &Scene, output: &mut dyn Write) -> io::Result<()> {
     let cells = cells(solution);
     let count: usize = cells.iter().map(|cell| cell.corners.len()).sum();
@@ -112,44 +111,18 @@ fn vtu(solution: &Solution, scene: &Scene, output: &mut dyn Write) -> io::Result
         each.clone().map(|c| solution.gradient_estimate_on(cell.leaf, c, at) * placement.power()).collect()
     };
     array(output, "gradient_estimate", &names, &points(&slack))?;
-    let bounds: Vec<Vec<Ledger>> = match solution.is_proven() {
-        true => cells.iter().map(|cell| solution.bound_on(cell.leaf)).collect(),
-        false => Vec::new(),
-    };
-    if solution.is_proven() {
-        bounds_at_vertices(solution, &cells, &bounds, &names, output)?;
-    }
+    let estimates: Vec<Vec<Ledger>> = cells.iter().map(|cell| solution.estimate_on(cell.leaf)).collect();
+    let at_vertices = cells.iter().zip(&estimates).flat_map(|(cell, of)| cell.corners.iter().map(move |_| of));
+    let totals = |of: &Vec<Ledger>| of.iter().map(Ledger::total).collect();
+    array(output, "estimate", &names, &at_vertices.map(totals).collect::<Vec<Vec<f64>>>())?;
     writeln!(output, "</PointData>\n<CellData>")?;
     whole(output, "Int64", "face", cells.iter().map(|cell| elements[cell.leaf].face()))?;
     whole(output, "Int64", "surface", cells.iter().map(|cell| scene.faces()[elements[cell.leaf].face()].surface()))?;
-    for (entry, source) in Ledger::NAMES.iter().enumerate().filter(|_| !bounds.is_empty()) {
-        let of_cell = |bound: &Vec<Ledger>| each.clone().map(|c| bound[c].entries()[entry]).collect();
-        array(output, source, &names, &bounds.iter().map(of_cell).collect::<Vec<Vec<f64>>>())?;
+    for (entry, source) in Ledger::NAMES.iter().enumerate() {
+        let of_cell = |of: &Vec<Ledger>| each.clone().map(|c| of[c].entries()[entry]).collect();
+        array(output, source, &names, &estimates.iter().map(of_cell).collect::<Vec<Vec<f64>>>())?;
     }
     writeln!(output, "</CellData>\n</Piece></UnstructuredGrid></VTKFile>")
-}
-
-/// The least and the most that radiosity can be at each vertex, and the estimate of its error.
-fn bounds_at_vertices(
-    solution: &Solution,
-    cells: &[Cell],
-    bounds: &[Vec<Ledger>],
-    names: &[&str],
-    output: &mut dyn Write,
-) -> io::Result<()> {
-    let estimates: Vec<Vec<Ledger>> = cells.iter().map(|cell| solution.estimate_on(cell.leaf)).collect();
-    let spread = |of: &dyn Fn(usize, usize, f64) -> f64| -> Vec<Vec<f64>> {
-        let of_cell = |(index, cell): (usize, &Cell)| {
-            let at_vertex = |channel, at| of(index, channel, solution.value_on(cell.leaf, channel, at));
-            let of_vertex = |&at: &[f64; 2]| (0..names.len()).map(|channel| at_vertex(channel, at)).collect::<Vec<f64>>();
-            cell.corners.iter().map(of_vertex).collect::<Vec<_>>()
-        };
-        cells.iter().enumerate().flat_map(of_cell).collect()
-    };
-    let lower = spread(&|cell, channel, value| largest(value - bounds[cell][channel].total(), 0.0));
-    array(output, "lower", names, &lower)?;
-    array(output, "upper", names, &spread(&|cell, channel, value| value + bounds[cell][channel].total()))?;
-    array(output, "estimate", names, &spread(&|cell, channel, _| estimates[cell][channel].total()))
 }
 
 /// An array of tuples with a name for each component.

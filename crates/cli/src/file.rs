@@ -25,7 +25,7 @@ pub fn solution(solution: &Solution, scene: &Scene, file: &Path) -> Result<(), S
 /// # Errors
 /// If a number in it is none.
 pub fn summary(solution: &Solution, scene: &Scene, error: f64, seconds: f64) -> Result<String, String> {
-    serde_json::to_string(&Summary::of(solution, scene.modelling(), error, None, seconds)).map_err(|error| error.to_string())
+    serde_json::to_string(&Summary::of(solution, scene.modelling(), error, seconds)).map_err(|error| error.to_string())
 }
 
 /// The image of a camera.
@@ -35,8 +35,8 @@ pub struct Picture {
     pub size: [usize; 2],
     /// Radiosity in each channel of each pixel, row by row from the upper left.
     pub radiosity: Vec<f64>,
-    /// A bound on its error.
-    pub bound: Vec<f64>,
+    /// An estimate of its error.
+    pub estimate: Vec<f64>,
 }
 
 /// The options of `radgrad solve` that are about a view.

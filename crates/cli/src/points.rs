@@ -64,18 +64,15 @@ struct Answer<'a> {
     #[serde(flatten)]
     reflected: Option<Reflected>,
     irradiance: Vec<f64>,
-    irradiance_bound: Vec<f64>,
     irradiance_estimate: Vec<f64>,
     irradiance_gradient: Vec<[f64; 3]>,
     irradiance_gradient_estimate: Vec<f64>,
 }
 
-/// The radiosity of a point of a face, the bound on its error and an estimate of that.
+/// The radiosity of a point of a face and an estimate of its error.
 #[derive(Debug, Serialize)]
 struct Reflected {
     radiosity: Vec<f64>,
-    /// Proven; no numbers if there was no time for that.
-    bound: Vec<f64>,
     estimate: Vec<f64>,
     /// Within the face.
     gradient: Vec<[f64; 3]>,
@@ -152,26 +149,24 @@ fn answer<'a>(solution: &Solution, (line, point): &'a (usize, Result<Point, Refu
     let vectors = |of: &Gradient| of.gradient.iter().map(DVec3::to_array).collect::<Vec<[f64; 3]>>();
     let in_space = || Ok((None, solution.irradiance_at(position, normal)?, solution.irradiance_gradient_at(position, normal)?));
     let on_face = || {
-        let Gathered { radiosity, ledger, estimate, irradiance, .. } = solution.gather(position, normal)?;
+        let Gathered { radiosity, estimate, irradiance, .. } = solution.gather(position, normal)?;
         let slope = solution.gradient(position, normal)?;
         let (gradient, gradient_estimate) = (vectors(&slope.radiosity), slope.radiosity.estimate);
-        let reflected = Reflected { radiosity, bound: total(&ledger), estimate: total(&estimate), gradient, gradient_estimate };
+        let reflected = Reflected { radiosity, estimate: total(&estimate), gradient, gradient_estimate };
         Ok((Some(reflected), irradiance, slope.irradiance))
     };
     let found: Result<_, radgrad_solver::Error> = if on == On::Free { in_space() } else { on_face() };
     let (reflected, received, slope) = found.map_err(|error| refused(error.to_string()))?;
-    let [irradiance_bound, irradiance_estimate] = [total(&received.ledger), total(&received.estimate)];
     let answer = Answer {
         id: point.id.as_ref(),
         on,
         reflected,
         irradiance: received.irradiance,
-        irradiance_bound,
-        irradiance_estimate,
+        irradiance_estimate: total(&received.estimate),
         irradiance_gradient: vectors(&slope),
         irradiance_gradient_estimate: slope.estimate,
     };
-    let not_finite = answer.numbers(solution.is_proven()).find(|number| !number.is_finite()).copied();
+    let not_finite = answer.numbers().find(|number| !number.is_finite()).copied();
     match not_finite {
         Some(value) => Err(refused(Error::NotFinite { what: "a number of the answer".to_owned(), value }.to_string())),
         None => Ok(answer),
@@ -179,14 +174,12 @@ fn answer<'a>(solution: &Solution, (line, point): &'a (usize, Result<Point, Refu
 }
 
 impl<'a> Answer<'a> {
-    /// Its numbers, those of bounds only if these are known.
-    fn numbers(&'a self, is_proven: bool) -> impl Iterator<Item = &'a f64> {
-        let known = move |bound: &'a Vec<f64>| bound.iter().filter(move |_| is_proven);
-        let of_face = self.reflected.iter().flat_map(move |of| {
-            let values = of.radiosity.iter().chain(known(&of.bound)).chain(&of.estimate);
+    fn numbers(&'a self) -> impl Iterator<Item = &'a f64> {
+        let of_face = self.reflected.iter().flat_map(|of| {
+            let values = of.radiosity.iter().chain(&of.estimate);
             values.chain(of.gradient.as_flattened()).chain(&of.gradient_estimate)
         });
-        let values = of_face.chain(&self.irradiance).chain(known(&self.irradiance_bound)).chain(&self.irradiance_estimate);
+        let values = of_face.chain(&self.irradiance).chain(&self.irradiance_estimate);
         values.chain(self.irradiance_gradient.as_flattened()).chain(&self.irradiance_gradient_estimate)
     }
 }

@@ -32,9 +32,6 @@ pub(crate) struct Request {
     /// --seconds, then of what the points see whose gradients are not, to 40% of --seconds]
     #[arg(long, value_parser = fraction)]
     error: Option<f64>,
-    /// Go by the proven bound on the error of the mean instead: over the same, at most this, a percentage or a fraction.
-    #[arg(long, value_name = "BOUND", value_parser = fraction, conflicts_with = "error")]
-    bound: Option<f64>,
     /// The reference of that: the mean radiosity without the faces' own emission, or with it.
     #[arg(long, value_enum, default_value_t)]
     relative_to: Reference,
@@ -45,14 +42,14 @@ pub(crate) struct Request {
     /// Degree of the polynomials on elements, 0 to 4 [default: 2; 1 from a thousand faces on; 4 where few faces face each other at about their width]
     #[arg(long, value_parser = degree)]
     degree: Option<usize>,
-    /// Seconds in which to be done: what is refined ends then, early in the first round, no round is begun that would probably end later,
-    /// and from a thousand faces on no bound is proven that would: the estimate says what was reached.
+    /// Seconds in which to be done: what is refined ends then, early in the first round, and no round is begun that would probably end
+    /// later: the estimate says what was reached.
     #[arg(long, default_value = "60", value_parser = seconds)]
     seconds: Duration,
     /// Elements, divided ones too, beyond which none is divided any more; where faces are a thousand or more, beside these.
     #[arg(long, default_value_t = 20_000)]
     most_elements: usize,
-    /// Divide the elements that add most to the bound on gathers; or those whose polynomials are off most by values and
+    /// Divide the elements that add most to the error of gathers; or those whose polynomials are off most by values and
     /// gradients, for few elements in files; or the same after faces were cut along shadow lines, for the fewest.
     #[arg(long, value_enum, default_value_t)]
     divide: Divide,
@@ -66,23 +63,23 @@ pub(crate) struct Request {
     /// With --form-factor: the area, in the square of the scene's unit of length, below which no element is divided.
     #[arg(long, value_name = "AREA", value_parser = area, requires = "form_factor")]
     area: Option<f64>,
-    /// Write the solution: .vtu (radiosity, gradient, estimates, bounds, ledger) or .ply (colours). After every round too, so
-    /// that a run that is interrupted leaves the last complete one, without the bounds, which are proven in the end.
+    /// Write the solution: .vtu (radiosity, gradient, estimates of their errors) or .ply (colours). After every round too, so that a
+    /// run that is interrupted leaves the last complete one.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     /// Take up the run that wrote this file, if it is there, and keep it up to date after every round: which elements gather; what
     /// is divided for direct light alone is found again.
     #[arg(long, value_name = "FILE")]
     resume: Option<PathBuf>,
-    /// Answer for the points of a JSON Lines file (`position`, `normal`), `-` for the standard input: on a face `radiosity`, `bound` and
-    /// `estimate`, `gradient` within the face and `gradient_estimate`, and anywhere the same of the irradiance, as `irradiance_bound`; each
-    /// in each channel. A point that is near no face is a sensor in free space, and so is one with `"on": "free"`.
+    /// Answer for the points of a JSON Lines file (`position`, `normal`), `-` for the standard input: on a face `radiosity`,
+    /// `estimate`, `gradient` within the face and `gradient_estimate`, and anywhere the same of the irradiance, as `irradiance_estimate`;
+    /// each in each channel. A point that is near no face is a sensor in free space, and so is one with `"on": "free"`.
     #[arg(long, value_name = "FILE")]
     points: Option<PathBuf>,
     /// Write the answers to --points here rather than to the standard output.
     #[arg(long, value_name = "FILE", requires = "points")]
     answers: Option<PathBuf>,
-    /// Print one JSON object rather than a table, which is printed where nothing else is asked for: `seconds`, `elements`, `links`, `bound`, `ledger`, `channels`, `warnings`.
+    /// Print one JSON object rather than a table, which is printed where nothing else is asked for: `seconds`, `elements`, `links`, `estimate`, `channels`, `warnings`.
     #[arg(long)]
     summary: bool,
     #[command(flatten)]
@@ -96,7 +93,7 @@ const GRADIENT: f64 = 0.01;
 #[derive(Debug, Clone, Copy, Default, ValueEnum)]
 enum Divide {
     #[default]
-    Bound,
+    Residual,
     Gradient,
     Shadows,
 }
@@ -129,7 +126,7 @@ impl Request {
     /// Options of the solver, with this time.
     fn options(&self, time: Duration) -> Options {
         let marking = match self.divide {
-            Divide::Bound => Marking::Residual,
+            Divide::Residual => Marking::Residual,
             Divide::Gradient => Marking::Gradient,
             Divide::Shadows => Marking::Shadows,
         };
@@ -148,10 +145,8 @@ impl Request {
         let (degree, most_elements, time) = (self.degree, self.most_elements, Some(time));
         // Thresholds say by themselves how many elements there are.
         let first_elements = if linking == Linking::Error { Options::default().first_elements } else { 1 };
-        let bound = self.bound;
         Options {
             error: self.error(),
-            bound,
             relative_to,
             degree,
             most_elements,
@@ -251,7 +246,7 @@ pub(crate) fn run(request: &Request, mut output: impl Write) -> Result<bool, Fai
         Some(points) => answer(request, &points, &solution, &mut output)?,
         None => 0,
     };
-    let summary = Summary::of(&solution, scene.modelling(), request.error(), request.bound, seconds);
+    let summary = Summary::of(&solution, scene.modelling(), request.error(), seconds);
     if request.summary {
         serde_json::to_writer(&mut output, &summary).map_err(io::Error::from)?;
         output.write_all(b"\n")?;
@@ -288,17 +283,13 @@ fn answer(request: &Request, points: &Points, solution: &Solution, output: impl 
     Ok(refused)
 }
 
-/// Whether the error or the bound asked for was reached; says so where it was not.
+/// Whether the error asked for was reached; says so where it was not.
 fn reached(request: &Request, solution: &Solution) -> bool {
-    let progress = solution.progress();
-    let (what, found, asked) = match request.bound {
-        Some(asked) => ("a bound", progress.bound, asked),
-        None => ("an estimate", progress.estimate, request.error()),
-    };
+    let (found, asked) = (solution.progress().estimate, request.error());
     let reached = found <= asked;
     if !reached {
         let [found, asked] = [found, asked].map(|share| 100.0 * share);
-        say(format_args!("stopped at {what} of {found:.3} %, above the {asked:.3} % asked for"));
+        say(format_args!("stopped at an estimate of {found:.3} %, above the {asked:.3} % asked for"));
     }
     reached
 }
@@ -314,7 +305,7 @@ fn solved(
     // Reading has taken its part.
     let time = request.seconds.saturating_sub(start.elapsed());
     let mut options = request.options(time);
-    let mut rounds = points.filter(|_| request.error.is_none() && request.bound.is_none()).map(|points| {
+    let mut rounds = points.filter(|_| request.error.is_none()).map(|points| {
         let points: Vec<_> = points.places().collect();
         let rounds = GradientRounds::new(&points, GRADIENT, request.error(), time);
         if request.serve == Serve::Points { rounds.of_served() } else { rounds }
@@ -336,14 +327,8 @@ fn solved(
     let mut failure: Option<Failure> = None;
     let solution = solve_for(scene, &options, &divisions, served, |solution| {
         let p = solution.progress();
-        let (what, reached) = if p.bound.is_finite() { ("bound", p.bound) } else { ("estimate", p.estimate) };
-        bar.set_message(format!(
-            "round {}: {} elements, {} links, {what} {:.3} %",
-            p.round,
-            p.elements,
-            p.links,
-            100.0 * reached
-        ));
+        let estimate = 100.0 * p.estimate;
+        bar.set_message(format!("round {}: {} elements, {} links, estimate {estimate:.3} %", p.round, p.elements, p.links));
         let watched = || -> Result<(), Failure> {
             if let Some((file, format)) = out {
                 write_whole(file, |output| format.write(solution, scene, output))?;
@@ -363,12 +348,7 @@ fn solved(
     if let Some(failure) = failure {
         return Err(failure);
     }
-    let solution = solution?;
-    // With the bounds, which are proven in the end.
-    if let Some((file, format)) = out {
-        write_whole(file, |output| format.write(&solution, scene, output))?;
-    }
-    Ok(solution)
+    Ok(solution?)
 }
 
 /// `0.5%` or `0.005`.

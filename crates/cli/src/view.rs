@@ -1,8 +1,8 @@
 //! `radgrad solve --view`: what a camera sees of a solution, one ray through the centre of each pixel, or the mean of more.
 //!
-//! A ray ends at the nearest face that it meets; there stands the radiosity in the scene's unit, and its bound. The back of a face
-//! and pixels beside all faces are 0. An `.exr` has these numbers as they are, a channel each, and the bounds in the layer
-//! `bound`; its attributes say quantity and unit. A `.png` has colours in the transfer curve of sRGB, by a tone curve of
+//! A ray ends at the nearest face that it meets; there stands the radiosity in the scene's unit, and an estimate of its error. The back of a face
+//! and pixels beside all faces are 0. An `.exr` has these numbers as they are, a channel each, and the estimates in the layer
+//! `estimate`; its attributes say quantity and unit. A `.png` has colours in the transfer curve of sRGB, by a tone curve of
 //! `L = 2^exposure B/2m` with the mean radiosity m over all channels: `L/(1 + L)` (E. Reinhard et al. 2002) or L up to 1. It says so in
 //! its text chunk `exposure`. Every face is asked for every ray.
 
@@ -32,7 +32,7 @@ const SERVED: usize = 16;
 /// A view that is asked for.
 #[derive(Debug, Args)]
 pub(crate) struct View {
-    /// Write what a camera sees: .exr (linear radiosity and bound) or .png (tone-mapped, sRGB).
+    /// Write what a camera sees: .exr (linear radiosity and the estimate of its error) or .png (tone-mapped, sRGB).
     #[arg(long, value_name = "FILE", requires = "camera")]
     view: Option<PathBuf>,
     /// Eye, target, up and vertical field of view in degrees: ten numbers, with spaces or commas between.
@@ -83,10 +83,10 @@ pub(crate) enum Failure {
     Write(#[from] Unwritten),
 }
 
-/// A pixel: radiosity and bound in each channel.
+/// A pixel: radiosity and the estimate of its error in each channel.
 struct Pixel {
     radiosity: Vec<f64>,
-    bound: Vec<f64>,
+    estimate: Vec<f64>,
 }
 
 impl View {
@@ -96,7 +96,7 @@ impl View {
         if !matches!(extension(file).as_str(), "exr" | "png") {
             return Err(Failure::Format { file: file.clone() });
         }
-        // Values and bounds of three channels, and where they are.
+        // Values and estimates of three channels, and where they are.
         scene.afford("a picture of so many pixels", &self.size, 2 * size_of::<Pixel>() + 6 * size_of::<f64>())?;
         Ok(output::check(file)?)
     }
@@ -149,10 +149,8 @@ impl View {
         };
         let pixels = (0..width * height).into_par_iter().map(pixel).collect::<Result<Vec<Pixel>, radgrad_solver::Error>>()?;
         bar.finish_and_clear();
-        // Where no bound was proven in time there is none.
-        let known = |pixel: &'_ Pixel| if solution.is_proven() { pixel.bound.clone() } else { Vec::new() };
-        let mut numbers = pixels.iter().flat_map(|pixel| pixel.radiosity.iter().copied().chain(known(pixel)));
-        if let Some(value) = numbers.find(|number| !number.is_finite()) {
+        let mut numbers = pixels.iter().flat_map(|pixel| pixel.radiosity.iter().chain(&pixel.estimate));
+        if let Some(&value) = numbers.find(|number| !number.is_finite()) {
             return Err(radgrad_scene::Error::NotFinite { what: "a pixel".to_owned(), value }.into());
         }
         if let Some(file) = &self.view {
@@ -163,7 +161,7 @@ impl View {
             }
         }
         let all = |of: fn(&Pixel) -> &Vec<f64>| pixels.iter().flat_map(|pixel| of(pixel).iter().copied()).collect();
-        Ok(Picture { size: self.size, radiosity: all(|pixel| &pixel.radiosity), bound: all(|pixel| &pixel.bound) })
+        Ok(Picture { size: self.size, radiosity: all(|pixel| &pixel.radiosity), estimate: all(|pixel| &pixel.estimate) })
     }
 
     fn exr(&self, solution: &Solution, pixels: &[Pixel], out: &mut dyn Write) -> io::Result<()> {
@@ -171,7 +169,7 @@ impl View {
         let plane = |values: &dyn Fn(&Pixel) -> f64| pixels.iter().map(values).collect::<Vec<f64>>();
         let mut channels = Vec::new();
         for (index, name) in names.into_iter().enumerate() {
-            channels.push((format!("bound.{name}"), plane(&|pixel| pixel.bound[index])));
+            channels.push((format!("estimate.{name}"), plane(&|pixel| pixel.estimate[index])));
             channels.push((name, plane(&|pixel| pixel.radiosity[index])));
         }
         let how = match (self.gather, self.hermite) {
@@ -179,7 +177,8 @@ impl View {
             (_, true) => "cubic patches",
             _ => "polynomials on elements, drawn toward their means where they would be negative",
         };
-        let said = [("quantity", "radiosity"), ("unit", UNIT), ("shading", how), ("bound", "proven, in the layer bound")];
+        let said =
+            [("quantity", "radiosity"), ("unit", UNIT), ("shading", how), ("estimate", "of the error, in the layer estimate")];
         exr::write(out, self.size, channels, &said)
     }
 
@@ -226,33 +225,33 @@ fn pixel(
     direction: DVec3,
 ) -> Result<Pixel, radgrad_solver::Error> {
     let channels = solution.channels().len();
-    let dark = Pixel { radiosity: vec![0.0; channels], bound: vec![0.0; channels] };
+    let dark = Pixel { radiosity: vec![0.0; channels], estimate: vec![0.0; channels] };
     let Some((face, point)) = nearest(solution.mesh().polygons(), eye, direction) else { return Ok(dark) };
     let is_front = solution.mesh().polygons()[face].normal().dot(direction) < 0.0;
     let Some(leaf) = solution.mesh().leaf_at(face, point).filter(|_| is_front) else { return Ok(dark) };
     let Some(drawn) = drawn else {
         let gathered = solution.gather_on(leaf, point)?;
-        let bound = gathered.ledger.iter().map(Ledger::total).collect();
-        return Ok(Pixel { radiosity: gathered.radiosity, bound });
+        let estimate = gathered.estimate.iter().map(Ledger::total).collect();
+        return Ok(Pixel { radiosity: gathered.radiosity, estimate });
     };
     let at = solution.mesh().elements()[leaf].reference(point);
     let polynomial = |channel| solution.value_on(leaf, channel, at);
     let value = |channel| drawn.value_on(leaf, channel, at);
-    // What is drawn differs from the polynomial, and that counts beside the polynomial's bound.
-    let bounds = solution.bound_on(leaf);
-    let bound = |channel: usize| bounds[channel].total() + (value(channel) - polynomial(channel)).abs();
-    Ok(Pixel { radiosity: (0..channels).map(value).collect(), bound: (0..channels).map(bound).collect() })
+    // What is drawn differs from the polynomial, and that counts beside the polynomial's estimate.
+    let estimates = solution.estimate_on(leaf);
+    let estimate = |channel: usize| estimates[channel].total() + (value(channel) - polynomial(channel)).abs();
+    Ok(Pixel { radiosity: (0..channels).map(value).collect(), estimate: (0..channels).map(estimate).collect() })
 }
 
 impl Pixel {
     fn add(&mut self, other: &Self) {
         let add = |sums: &mut [f64], more: &[f64]| sums.iter_mut().zip(more).for_each(|(sum, more)| *sum += more);
         add(&mut self.radiosity, &other.radiosity);
-        add(&mut self.bound, &other.bound);
+        add(&mut self.estimate, &other.estimate);
     }
 
     fn over(mut self, samples: usize) -> Self {
-        self.radiosity.iter_mut().chain(&mut self.bound).for_each(|sum| *sum /= samples as f64);
+        self.radiosity.iter_mut().chain(&mut self.estimate).for_each(|sum| *sum /= samples as f64);
         self
     }
 }

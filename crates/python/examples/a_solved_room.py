@@ -41,9 +41,9 @@ scene = rg.Scene(
 )
 print(scene.check())
 
-# %% Solved to an estimate of 2 % of the mean; the proven bound stands beside it
+# %% Solved to an estimate of 2 % of the mean
 s = scene.solve(error=0.02, progress=True)
-print({name: s.summary[name] for name in ("elements", "links", "estimate", "bound")})
+print({name: s.summary[name] for name in ("elements", "links", "estimate")})
 
 # %% What a sensor on a desk reads, 0.75 m above the floor
 x = np.linspace(0.25, W - 0.25, 8)

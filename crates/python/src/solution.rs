@@ -38,7 +38,6 @@ struct Asked<'py>(PyReadonlyArrayDyn<'py, f64>, PyReadonlyArrayDyn<'py, f64>, Op
 #[pyo3(from_item_all)]
 pub(crate) struct Request {
     error: f64,
-    bound: Option<f64>,
     relative_to: String,
     degree: Option<usize>,
     seconds: Option<f64>,
@@ -55,10 +54,10 @@ impl Request {
             return Err(refused(format!("degree is {degree}: it must be at most {MAX_DEGREE}")));
         }
         let marking = match self.divide.as_str() {
-            "bound" => Marking::Residual,
+            "residual" => Marking::Residual,
             "gradient" => Marking::Gradient,
             "shadows" => Marking::Shadows,
-            other => return Err(refused(format!("divide is {other:?}: it must be \"bound\", \"gradient\" or \"shadows\""))),
+            other => return Err(refused(format!("divide is {other:?}: it must be \"residual\", \"gradient\" or \"shadows\""))),
         };
         let relative_to = match self.relative_to.as_str() {
             "reflected" => RelativeTo::Reflected,
@@ -67,7 +66,6 @@ impl Request {
         };
         Ok(Options {
             error: self.error,
-            bound: self.bound,
             relative_to,
             degree: self.degree,
             time: seconds.map_err(|error| refused(format!("seconds: {error}")))?,
@@ -86,7 +84,7 @@ enum Seen {
 
 #[pymethods]
 impl SolutionCore {
-    /// Solves a scene. `watch` is called after each round with its number, elements, links, bound and estimate. The first Ctrl-C lets the
+    /// Solves a scene. `watch` is called after each round with its number, elements, links and estimate. The first Ctrl-C lets the
     /// round end and gives what was reached; the second one is raised.
     #[new]
     fn new(py: Python<'_>, scene: PyRef<'_, SceneCore>, request: Request, watch: Option<Py<PyAny>>) -> PyResult<Self> {
@@ -118,8 +116,8 @@ impl SolutionCore {
                 }
                 Ok(Seen::Round(progress)) => {
                     let Some(watch) = &watch else { continue };
-                    let Progress { round, elements, links, bound, estimate, .. } = progress;
-                    if let Err(error) = watch.call1(py, (round, elements, links, bound, estimate)) {
+                    let Progress { round, elements, links, estimate, .. } = progress;
+                    if let Err(error) = watch.call1(py, (round, elements, links, estimate)) {
                         stop.store(true, Ordering::Relaxed);
                         return Err(error);
                     }
@@ -136,7 +134,7 @@ impl SolutionCore {
         }
     }
 
-    /// At points, row by row: radiosity, bound and estimate, the same of the irradiance, and the faces that they are on: -1 in free space,
+    /// At points, row by row: radiosity and estimate, the same of the irradiance, and the faces that they are on: -1 in free space,
     /// where the radiosity is that of a white surface, the irradiance.
     fn gather<'py>(&self, py: Python<'py>, asked: Asked<'py>) -> PyResult<Bound<'py, PyTuple>> {
         let solution = &*self.solution;
@@ -145,24 +143,23 @@ impl SolutionCore {
                 let found = solution.gather(point, normal)?;
                 Found {
                     face: i64::try_from(found.face).unwrap_or(i64::MAX),
-                    radiosity: [found.radiosity, totals(&found.ledger), totals(&found.estimate)],
+                    radiosity: [found.radiosity, totals(&found.estimate)],
                     irradiance: of_irradiance(found.irradiance),
                 }
             } else {
                 let irradiance = of_irradiance(solution.irradiance_at(point, normal)?);
                 Found { face: -1, radiosity: irradiance.clone(), irradiance }
             };
-            // A bound may be infinite: there is none then.
             let out_of_range = found.radiosity[0].iter().chain(&found.irradiance[0]).find(|value| !value.is_finite()).copied();
             Ok((found, out_of_range.map(|value| format!("the radiosity is {value}"))))
         };
         let found = self.at_each(py, asked, of)?;
-        let [radiosity, bound, estimate] =
-            [0, 1, 2].map(|k| PyArray1::from_iter(py, found.iter().flat_map(|of| of.radiosity[k].iter().copied())));
-        let irradiance = [0, 1, 2].map(|k| PyArray1::from_iter(py, found.iter().flat_map(|of| of.irradiance[k].iter().copied())));
-        let [irradiance, irradiance_bound, irradiance_estimate] = irradiance;
+        let [radiosity, estimate] =
+            [0, 1].map(|k| PyArray1::from_iter(py, found.iter().flat_map(|of| of.radiosity[k].iter().copied())));
+        let [irradiance, irradiance_estimate] =
+            [0, 1].map(|k| PyArray1::from_iter(py, found.iter().flat_map(|of| of.irradiance[k].iter().copied())));
         let face = PyArray1::from_iter(py, found.iter().map(|of| of.face));
-        (radiosity, bound, estimate, irradiance, irradiance_bound, irradiance_estimate, face).into_pyobject(py)
+        (radiosity, estimate, irradiance, irradiance_estimate, face).into_pyobject(py)
     }
 
     /// At points, row by row: gradients of the radiosity and estimates of their errors' lengths, and the same of the irradiance; in free
@@ -200,12 +197,12 @@ impl SolutionCore {
             .map_err(pyo3::exceptions::PyOSError::new_err)
     }
 
-    /// What a camera sees, with the options of `radgrad solve --view` after it: radiosity and bound of each pixel, row by row. Written to
+    /// What a camera sees, with the options of `radgrad solve --view` after it: radiosity and estimate of each pixel, row by row. Written to
     /// the file that the options name.
     fn picture<'py>(&self, py: Python<'py>, options: Vec<String>) -> PyResult<Bound<'py, PyTuple>> {
         let solution = &*self.solution;
         let picture = detached(py, false, |_| radgrad_cli::file::picture(solution, &options).map_err(Ended::Refused))?;
-        (picture.size, PyArray1::from_vec(py, picture.radiosity), PyArray1::from_vec(py, picture.bound)).into_pyobject(py)
+        (picture.size, PyArray1::from_vec(py, picture.radiosity), PyArray1::from_vec(py, picture.estimate)).into_pyobject(py)
     }
 
     /// Rounds that were taken.
@@ -251,20 +248,20 @@ impl SolutionCore {
     }
 }
 
-/// Radiosity and irradiance at a point, each with bound and estimate, in each channel.
+/// Radiosity and irradiance at a point, each with its estimate, in each channel.
 struct Found {
     face: i64,
-    radiosity: [Vec<f64>; 3],
-    irradiance: [Vec<f64>; 3],
+    radiosity: [Vec<f64>; 2],
+    irradiance: [Vec<f64>; 2],
 }
 
 fn totals(ledgers: &[Ledger]) -> Vec<f64> {
     ledgers.iter().map(Ledger::total).collect()
 }
 
-fn of_irradiance(found: Irradiance) -> [Vec<f64>; 3] {
-    let [bound, estimate] = [totals(&found.ledger), totals(&found.estimate)];
-    [found.irradiance, bound, estimate]
+fn of_irradiance(found: Irradiance) -> [Vec<f64>; 2] {
+    let estimate = totals(&found.estimate);
+    [found.irradiance, estimate]
 }
 
 fn run(scene: &Scene, options: &Options, mut watch: impl FnMut(&Progress) -> bool) -> Result<Solution, String> {

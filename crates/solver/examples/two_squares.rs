@@ -1,4 +1,4 @@
-//! Two unit squares face each other at distance 1, reflect half and radiate 1: error, bound and their ratio for each degree.
+//! Two unit squares face each other at distance 1, reflect half and radiate 1: error, estimate and their ratio for each degree.
 //!
 //! `cargo run --release -p radgrad-solver --example two_squares`
 
@@ -22,15 +22,15 @@ fn main() -> Result<(), Box<dyn Error>> {
     for corners in [floor, ceiling] {
         scene.add_face(surface, white, Polygon::new(corners.to_vec())?, None)?;
     }
-    println!("{:>6} {:>5} {:>8} {:>9} {:>9} {:>11}", "degree", "asked", "elements", "error", "bound", "bound/error");
+    println!("{:>6} {:>5} {:>8} {:>9} {:>9} {:>14}", "degree", "asked", "elements", "error", "estimate", "estimate/error");
     for degree in 0..=3 {
         for error in [1e-2, 1e-3, 1e-4] {
             let options = Options { error, degree: Some(degree), first_elements: 1, most_elements: 400, ..Options::default() };
             let solution = solve(&scene, &options, |_| true)?;
             let centre = solution.gather(DVec3::new(0.5, 0.5, 0.0), DVec3::Z)?;
-            let (off, bound) = ((centre.radiosity[0] - EXACT).abs(), centre.ledger[0].total());
+            let (off, estimate) = ((centre.radiosity[0] - EXACT).abs(), centre.estimate[0].total());
             let elements = solution.progress().elements;
-            println!("{degree:>6} {error:>5.0e} {elements:>8} {off:>9.1e} {bound:>9.1e} {:>11.1}", bound / off);
+            println!("{degree:>6} {error:>5.0e} {elements:>8} {off:>9.1e} {estimate:>9.1e} {:>14.1}", estimate / off);
         }
     }
     Ok(())

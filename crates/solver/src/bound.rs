@@ -23,11 +23,11 @@ mod importance;
 pub(crate) mod ledger;
 mod mean;
 pub(crate) mod point;
-pub(crate) mod proven;
 pub(crate) mod residual;
 mod rise;
 pub(crate) mod scene;
 mod seen;
+pub(crate) mod unseen;
 
 use std::sync::OnceLock;
 

@@ -3,11 +3,11 @@
 use std::time::{Duration, Instant};
 
 /// The parts of the time given at which direct light is divided no more in the first round, and its links are refined no more: an answer
-/// comes early. And those at which no round goes on, and the proof is given up.
+/// comes early. And those at which no round goes on, and an estimate is no longer refined.
 const FIRST_LIGHT: f64 = 0.1;
 const FIRST_LINKS: f64 = 0.2;
 const ROUNDS: f64 = 0.8;
-const PROOF: f64 = 1.1;
+const ESTIMATE: f64 = 1.1;
 
 /// How much longer than the time given evaluations are as precise as they should be: a small scene needs no more.
 const GRACE: Duration = Duration::from_secs(1);
@@ -55,14 +55,9 @@ impl Clock {
         self.until(time.map(|time| time.saturating_add(GRACE)), 1.0)
     }
 
-    /// For the proof to cut elements into cells.
-    pub(crate) fn for_cells(self, time: Option<Duration>) -> Self {
-        self.until(time, PROOF)
-    }
-
-    /// For the proof, where faces are many: of few it is worth its time.
-    pub(crate) fn for_proof(self, time: Option<Duration>, many: bool) -> Self {
-        if many { self.until(time, PROOF) } else { Self { end: None, ..self } }
+    /// For the estimate to be refined, where faces are many: of few it is worth its time.
+    pub(crate) fn for_estimate(self, time: Option<Duration>, many: bool) -> Self {
+        if many { self.until(time, ESTIMATE) } else { Self { end: None, ..self } }
     }
 
     fn until(self, time: Option<Duration>, part: f64) -> Self {

@@ -130,19 +130,11 @@ impl Field {
         }
     }
 
-    /// The light that an element sends out: the integral of `|B|` is at most the area times the root mean square.
+    /// The light that an element sends out.
     fn glow_of(&self, mesh: &Mesh, element: usize, channel: usize) -> Glow {
         let (basis, area) = (mesh.basis(element), mesh.elements()[element].area());
-        let coefficients = self.of(element, channel, basis.len());
-        let (mean, all) = (coefficients[0], self.mean_square[element][channel].sqrt() * (1.0 + 8.0 * f64::EPSILON));
-        Glow {
-            power: area * mean,
-            positive: 0.5 * area * largest(all + mean, 0.0),
-            negative: 0.5 * area * largest(all - mean, 0.0),
-            largest: basis.magnitude(coefficients) + self.beyond[element][channel],
-            ..Glow::default()
-        }
-        .over(area, area * self.mean_square[element][channel])
+        let power = area * self.of(element, channel, basis.len())[0];
+        Glow { power, ..Glow::default() }.over(area, area * self.mean_square[element][channel])
     }
 
     /// Bound on the light that a link to `source` neglects, at the node of `row`: the part of the leaves' radiosity beyond the
@@ -158,11 +150,6 @@ impl Field {
         }
         let smoothly = self.smoothly_neglected(mesh, source, channel, &row.kernel);
         smallest(smallest(row.factor() * most, smoothly), row.beyond() * rms)
-    }
-
-    /// Mean square of the leaves' radiosity over an element.
-    pub(crate) fn mean_square(&self, element: usize, channel: usize) -> f64 {
-        self.mean_square[element][channel]
     }
 
     /// Bound on the magnitude of the leaves' radiosity less the element's polynomial.

@@ -268,11 +268,6 @@ impl Mesh {
         self.exchanges[face]
     }
 
-    /// Whether no face only hides others.
-    pub(crate) fn all_exchange(&self) -> bool {
-        self.exchanges.iter().all(|exchanges| *exchanges)
-    }
-
     /// The index of all polygons.
     pub(crate) const fn index(&self) -> &Occluders {
         &self.index
@@ -389,14 +384,6 @@ impl Mesh {
         let Some(beam) = Beam::from_polygon(to.polygon(), from.polygon()) else { return Sight::Nothing(None) };
         let ends = [to, from].map(|element| element.polygon().vertices());
         self.found(&beam, known, [to.face(), from.face()], ends)
-    }
-
-    /// A part of an element's sight of another, among `known`.
-    pub(crate) fn sight_of_part(&self, to: &Element, source: usize, known: &[usize]) -> Sight {
-        let from = &self.elements[source];
-        let Some(beam) = Beam::from_polygon(to.polygon(), from.polygon()) else { return Sight::Nothing(None) };
-        let ends = [to, from].map(|element| element.polygon().vertices());
-        self.found(&beam, Some(known), [to.face(), from.face()], ends)
     }
 
     /// A point's sight of an element, with the face that it is on, among `known`.

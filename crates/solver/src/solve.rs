@@ -23,7 +23,6 @@ mod linked;
 mod marking;
 mod near;
 pub(crate) mod options;
-mod prove;
 mod queries;
 pub(crate) mod rounds;
 mod samples;
@@ -45,7 +44,7 @@ use radgrad_core::DVec3;
 use radgrad_scene::{Prepared, Quantity, Scene, largest, smallest};
 
 use crate::bound::Bounds;
-use crate::bound::proven::{Aim, Ground};
+use crate::bound::unseen::Edges;
 use crate::clock::Clock;
 use crate::error::Error;
 use crate::field::Field;
@@ -83,15 +82,6 @@ const FAR_APART: f64 = 2.0;
 
 /// The part of the mean magnitude of errors before at which a round aims at least.
 const STEP: f64 = 0.3;
-
-/// The part of the bound asked for that the mean magnitude of errors reaches, by its estimate, before more than a rough proof is made: that costs more than a solution.
-const ESTIMATED_PART: f64 = 0.1;
-
-/// The part of the time after which it is made all the same.
-const BEFORE_PROOF: f64 = 0.1;
-
-/// The part of the bound asked for that the mean magnitude of errors reaches before a rough proof is made.
-const ROUGH_PART: f64 = 0.2;
 
 /// The part of the error asked for that one evaluation may have, per unit of the source's radiosity.
 const EVALUATION_PART: f64 = 2e-4;
@@ -133,7 +123,7 @@ const MOST_GROWTH: f64 = 2.0;
 /// scene.add_face(surface, white, ceiling, None)?;
 /// let solution = solve(&scene, &Options::default(), |_| true)?;
 /// let centre = solution.gather(DVec3::new(0.5, 0.5, 0.0), DVec3::Z)?;
-/// assert!((centre.radiosity[0] - 1.133_303_564_992_420_8).abs() <= centre.ledger[0].total());
+/// assert!((centre.radiosity[0] - 1.133_303_564_992_420_8).abs() <= 2.0 * centre.estimate[0].total());
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
@@ -268,8 +258,6 @@ pub(crate) fn solve_on<N: Into<Next>>(
             };
         if !goes_on {
             solution.end_service();
-            solution.progress.bound = solution.prove();
-            solution.finite()?;
             // Who asks for a point has time for it.
             (solution.precise, solution.late) = (clock, clock);
             return Ok(solution);
@@ -323,7 +311,7 @@ fn dark(ready: &Prepared, options: &Options, (mesh, served): (Mesh, Served), clo
     let channels = scene.channels().to_vec();
     let mut surfaces = Surfaces::of(scene);
     let (low, high) = scene.bounds().unwrap_or((DVec3::ZERO, DVec3::ZERO));
-    let progress = Progress { round: 0, elements: 0, links: 0, gathers: 0, bound: f64::INFINITY, estimate: f64::INFINITY };
+    let progress = Progress { round: 0, elements: 0, links: 0, gathers: 0, estimate: f64::INFINITY };
     let receivers: Vec<usize> = mesh.leaves().collect();
     let lamps = Lamps::of(&mesh, &surfaces);
     let precision = |is_even: bool| largest(options.error * if is_even { GLOWING_PART } else { EVALUATION_PART }, FINEST);
@@ -342,22 +330,20 @@ fn dark(ready: &Prepared, options: &Options, (mesh, served): (Mesh, Served), clo
         judged: Vec::new(),
         bounds: Bounds::default(),
         estimated: OnceLock::new(),
-        ground: Ground::of(&mesh, clock.for_cells(options.time)),
-        proven: OnceLock::new(),
+        edges: Edges::of(&mesh),
         details: OnceLock::new(),
         importance: OnceLock::new(),
         known_error: OnceLock::new(),
         kept: Kept::default(),
         unseen: Vec::new(),
         left_by_direct: f64::INFINITY,
-        proven_direct: Vec::new(),
         extent: (high - low).max_element(),
         absolute: precision(may_be_even),
         past: [may_be_even && surfaces.may_be_even(&mesh), false].map(|is_even| largest(precision(is_even), FINEST_PAST)),
         precise: clock.for_precision(options.time),
         late: clock.for_all(options.time),
         cells: cells_for(options.error),
-        clock: clock.for_proof(options.time, mesh.clusters().root().is_some()),
+        clock: clock.for_estimate(options.time, mesh.clusters().root().is_some()),
         allowed: LINK_PART * options.error,
         mean: vec![0.0; channels.len()],
         reflected: vec![0.0; channels.len()],
@@ -396,7 +382,7 @@ impl Solution {
         self.light(of_direct, options, light)?;
         let mut refined = self.clock.elapsed().saturating_sub(began);
         self.link(self.allowed, options.linking, links)?;
-        self.clock = self.clock.for_proof(options.time, self.mesh.clusters().root().is_some());
+        self.clock = self.clock.for_estimate(options.time, self.mesh.clusters().root().is_some());
         if self.progress.round == 0 && self.mesh.clusters().root().is_some() {
             self.fill_evenly();
         } else {
@@ -414,20 +400,16 @@ impl Solution {
         self.sweep(options.order, if may_be_even(&self.mesh, &self.lamps) { SOLVED } else { ROUGHLY_SOLVED * aim })?;
         self.bounds = Bounds::of(self.bounded(), [self.left_of_direct(), self.left_of_reflected()])?;
         let links = self.receivers.iter().map(|&receiver| self.links[receiver].len() + self.far[receiver].len()).sum();
-        (self.proven, self.details, self.estimated) = (OnceLock::new(), OnceLock::new(), OnceLock::new());
-        (self.importance, self.known_error, self.kept) = (OnceLock::new(), OnceLock::new(), Kept::default());
+        (self.details, self.estimated, self.importance) = (OnceLock::new(), OnceLock::new(), OnceLock::new());
+        (self.known_error, self.kept) = (OnceLock::new(), Kept::default());
         self.find_importance()?;
         let estimate = match (self.estimate_at_points(), options.marking) {
             (Some(at_points), _) => at_points,
             (None, Marking::Residual) => self.relative(&self.mean_estimate()),
             (None, Marking::Gradient | Marking::Shadows) => self.magnitude(),
         };
-        let (round, gathers, bound) = (self.progress.round + 1, self.progress.gathers, f64::INFINITY);
-        self.progress = Progress { round, elements: self.mesh.leaves().count(), links, gathers, bound, estimate };
-        match options.bound {
-            Some(bound) => self.progress.bound = self.prove_at_most(bound, options),
-            None => self.ground.aim_at(&self.reference(), Aim::Estimate { part: options.error }),
-        }
+        let (round, gathers) = (self.progress.round + 1, self.progress.gathers);
+        self.progress = Progress { round, elements: self.mesh.leaves().count(), links, gathers, estimate };
         Ok(refined)
     }
 
@@ -446,30 +428,6 @@ impl Solution {
     /// Estimate of the mean magnitude of the error of gathers, relative as errors are.
     fn magnitude(&self) -> f64 {
         self.relative(&self.bounds.mean)
-    }
-
-    /// The bound of a round where one is asked for: found roughly, or as well as there is time where it may come to that.
-    fn prove_at_most(&mut self, bound: f64, options: &Options) -> f64 {
-        let reference = self.reference();
-        let is_late = options.time.is_some_and(|time| self.clock.elapsed() >= time.mul_f64(BEFORE_PROOF));
-        if self.is_worth_a_proof(bound) || self.is_full(options) || is_late {
-            self.ground.aim_at(&reference, Aim::Bound { part: bound, is_rough: false });
-            let clock = self.clock;
-            self.clock = clock.for_proof(options.time, true);
-            let found = self.prove();
-            self.clock = clock;
-            if found.is_finite() {
-                return found;
-            }
-            self.proven = OnceLock::new();
-        }
-        self.ground.aim_at(&reference, Aim::Bound { part: bound, is_rough: true });
-        if self.magnitude() > ROUGH_PART * bound { f64::INFINITY } else { self.prove() }
-    }
-
-    /// Whether the solution is so good that a proof of this bound may succeed.
-    fn is_worth_a_proof(&self, bound: f64) -> bool {
-        self.magnitude() <= ESTIMATED_PART * bound
     }
 }
 

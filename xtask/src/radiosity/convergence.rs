@@ -34,13 +34,13 @@ pub(super) struct Point {
     uniform: bool,
     elements: usize,
     error: f64,
-    bound: f64,
+    estimate: f64,
 }
 
 impl Point {
     pub(super) fn record(&self) -> Vec<String> {
         let division = if self.uniform { "uniform" } else { "where it pays" };
-        let numbers = [self.error, self.bound].map(|v| format!("{v:.3e}"));
+        let numbers = [self.error, self.estimate].map(|v| format!("{v:.3e}"));
         [self.degree.to_string(), division.to_owned(), self.elements.to_string()].into_iter().chain(numbers).collect()
     }
 }
@@ -80,7 +80,7 @@ pub(super) fn measure(pair: Pair) -> Result<Vec<Point>, Box<dyn Error>> {
             };
             solve(&scene, &options, |solution| {
                 let (progress, error) = (solution.progress(), off(solution));
-                points.push(Point { degree, uniform, elements: progress.elements, error, bound: progress.bound });
+                points.push(Point { degree, uniform, elements: progress.elements, error, estimate: progress.estimate });
                 // Beyond that the reference is no better.
                 error > 1e-7 && progress.elements * 4 <= 2 * most
             })?;

@@ -42,18 +42,18 @@ pub(super) struct Point {
     seconds: f64,
     elements: usize,
     links: usize,
-    bound: f64,
+    estimate: f64,
 }
 
 impl Point {
     pub(super) fn record(&self) -> Vec<String> {
         let [polygons, elements, links] = [self.polygons, self.elements, self.links].map(|n| n.to_string());
-        let (seconds, bound) = (format!("{:.3}", self.seconds), format!("{:.3}", self.bound));
-        vec![self.kind.name().to_owned(), polygons, seconds, elements, links, bound]
+        let (seconds, estimate) = (format!("{:.3}", self.seconds), format!("{:.3}", self.estimate));
+        vec![self.kind.name().to_owned(), polygons, seconds, elements, links, estimate]
     }
 }
 
-/// Bound asked for; the first round refines links to a tenth of it.
+/// Error asked for; the first round refines links to a tenth of it.
 const ERROR: f64 = 1.0;
 
 /// Sides in blocks or rooms, of which those are taken that give few enough polygons.
@@ -90,13 +90,14 @@ pub(super) fn measure(most: usize) -> Result<Vec<Point>, Box<dyn Error>> {
             let start = Instant::now();
             let solution = solve(&scene, &options, |_| true)?;
             let (seconds, progress) = (start.elapsed().as_secs_f64(), solution.progress());
-            let (polygons, elements, links, bound) = (scene.faces().len(), progress.elements, progress.links, progress.bound);
+            let (polygons, elements) = (scene.faces().len(), progress.elements);
+            let (links, estimate) = (progress.links, progress.estimate);
             println!(
-                "{}, {polygons} polygons: {seconds:.2} s, {elements} elements, {links} links, bound {:.0} %",
+                "{}, {polygons} polygons: {seconds:.2} s, {elements} elements, {links} links, estimate {:.0} %",
                 kind.name(),
-                100.0 * bound
+                100.0 * estimate
             );
-            points.push(Point { kind, polygons, seconds, elements, links, bound });
+            points.push(Point { kind, polygons, seconds, elements, links, estimate });
         }
     }
     Ok(points)

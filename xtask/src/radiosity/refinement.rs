@@ -1,4 +1,4 @@
-//! Error of the polynomials in the Cornell box by the number of elements: all divided alike, those that add most to the bound,
+//! Error of the polynomials in the Cornell box by the number of elements: all divided alike, those that add most to the error,
 //! those with the largest error by the gradient (N. Holzschuch and F. X. Sillion 1995, 3.2), and faces cut along shadow lines into more
 //! and more parts.
 //!
@@ -17,18 +17,18 @@ use super::graph::{Graph, Series};
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Division {
     Uniform,
-    Bound,
+    Residual,
     Gradient,
     Shadows,
 }
 
 impl Division {
-    const ALL: [Self; 4] = [Self::Uniform, Self::Bound, Self::Gradient, Self::Shadows];
+    const ALL: [Self; 4] = [Self::Uniform, Self::Residual, Self::Gradient, Self::Shadows];
 
     const fn name(self) -> &'static str {
         match self {
             Self::Uniform => "uniform",
-            Self::Bound => "by the bound",
+            Self::Residual => "by the residual",
             Self::Gradient => "by the gradient",
             Self::Shadows => "along shadow lines",
         }
@@ -41,14 +41,14 @@ pub(super) struct Point {
     division: Division,
     elements: usize,
     errors: Vec<f64>,
-    bound: f64,
+    estimate: f64,
 }
 
 impl Point {
-    pub(super) const HEADER: [&str; 7] = ["degree", "division", "elements", "red", "green", "blue", "bound"];
+    pub(super) const HEADER: [&str; 7] = ["degree", "division", "elements", "red", "green", "blue", "estimate"];
 
     pub(super) fn record(&self) -> Vec<String> {
-        let numbers = self.errors.iter().chain([&self.bound]).map(|v| format!("{v:.3e}"));
+        let numbers = self.errors.iter().chain([&self.estimate]).map(|v| format!("{v:.3e}"));
         let name = self.division.name().to_owned();
         [self.degree.to_string(), name, self.elements.to_string()].into_iter().chain(numbers).collect()
     }
@@ -87,14 +87,14 @@ pub(super) fn measure() -> Result<Vec<Point>, Box<dyn Error>> {
     for (degree, error) in DEGREES {
         let rough = Options { degree: Some(degree), ..rough };
         let point = |division: Division, solution: &Solution| {
-            let (elements, bound) = (solution.progress().elements, solution.progress().bound);
-            Point { degree, division, elements, errors: errors(solution, &places), bound }
+            let (elements, estimate) = (solution.progress().elements, solution.progress().estimate);
+            Point { degree, division, elements, errors: errors(solution, &places), estimate }
         };
         for first_elements in UNIFORM {
             let solution = solve(&scene, &Options { first_elements, uniform: true, ..rough }, |_| true)?;
             points.push(point(Division::Uniform, &solution));
         }
-        for (division, marking) in [(Division::Bound, Marking::Residual), (Division::Gradient, Marking::Gradient)] {
+        for (division, marking) in [(Division::Residual, Marking::Residual), (Division::Gradient, Marking::Gradient)] {
             let options = Options { error, first_elements: 1, most_elements: MOST, marking, ..rough };
             solve(&scene, &options, |solution| {
                 points.push(point(division, solution));

@@ -1,4 +1,4 @@
-//! Two unit squares that face each other, whose radiosity is known at two points: its error, the stated bound, and their ratio.
+//! Two unit squares that face each other, whose radiosity is known at two points: its error, the stated estimate of it, and their ratio.
 
 use std::error::Error;
 use std::f64::consts::PI;
@@ -44,7 +44,7 @@ pub(super) struct Trial {
     elements: usize,
     place: &'static str,
     error: f64,
-    bound: f64,
+    estimate: f64,
 }
 
 pub(super) fn trials(squares: &Scene) -> Result<Vec<Trial>, Box<dyn Error>> {
@@ -59,14 +59,14 @@ pub(super) fn trials(squares: &Scene) -> Result<Vec<Trial>, Box<dyn Error>> {
         }
         for (place, point, exact) in KNOWN {
             let gathered = solution.gather(point, DVec3::Z)?;
-            let (error, bound) = ((gathered.radiosity[0] - exact).abs(), gathered.ledger[0].total());
-            trials.push(Trial { degree, asked, elements: solution.progress().elements, place, error, bound });
+            let (error, estimate) = ((gathered.radiosity[0] - exact).abs(), gathered.estimate[0].total());
+            trials.push(Trial { degree, asked, elements: solution.progress().elements, place, error, estimate });
         }
     }
     Ok(trials)
 }
 
-/// Errors and bounds over the number of elements, at the centre.
+/// Errors and estimates over the number of elements, at the centre.
 pub(super) fn picture(trials: &[Trial]) -> Plate {
     const SIZE: (f64, f64) = (560.0, 330.0);
     let (left, right, top, bottom) = (58.0, 548.0, 34.0, 276.0);
@@ -74,40 +74,45 @@ pub(super) fn picture(trials: &[Trial]) -> Plate {
     let most = shown().map(|trial| trial.elements as f64).fold(10.0, f64::max);
     let across = Axis { base: 10.0, exponents: [0.0, libm::log10(most).ceil()], places: [left, right] };
     let lowest = shown().map(|trial| trial.error.max(1e-17)).fold(1.0, f64::min);
-    let highest = shown().map(|trial| trial.bound).fold(lowest, f64::max);
+    let highest = shown().map(|trial| trial.estimate).fold(lowest, f64::max);
     let exponents = [libm::log10(lowest).floor(), libm::log10(highest).ceil()];
     let up = Axis { base: 10.0, exponents, places: [bottom, top] };
     let mut svg = Svg::new(SIZE.0, SIZE.1);
-    svg.text("title", (left, 18.0), Anchor::Start, "L   Error and bound at the centre of a square");
+    svg.text("title", (left, 18.0), Anchor::Start, "L   Error and estimate at the centre of a square");
     across.draw_below(&mut svg, [top, bottom], 5.0, "tick");
     up.draw_left(&mut svg, left, 8.0, "tick");
     for trial in shown() {
         // Degrees stand beside each other where they have as many elements.
         let x = across.place(trial.elements as f64) + 11.0 * (trial.degree as f64 - 1.5);
-        let [error, bound] = [trial.error.max(1e-17), trial.bound].map(|of| up.place(of));
+        let [error, estimate] = [trial.error.max(1e-17), trial.estimate].map(|of| up.place(of));
         let class = format!("d{}", trial.degree);
-        svg.line(&format!("{class} reach"), (x, error), (x, bound));
+        svg.line(&format!("{class} reach"), (x, error), (x, estimate));
         svg.circle(&format!("{class} error"), (x, error), 3.4);
-        svg.line(&format!("{class} bound"), (x - 5.0, bound), (x + 5.0, bound));
-        svg.text("tick", (x, bound - 4.0), Anchor::Middle, &trial.degree.to_string());
+        svg.line(&format!("{class} bound"), (x - 5.0, estimate), (x + 5.0, estimate));
+        svg.text("tick", (x, estimate - 4.0), Anchor::Middle, &trial.degree.to_string());
     }
     svg.rectangle("frame", (left, top), (right - left, bottom - top));
     svg.text("label", ((left + right) / 2.0, bottom + 30.0), Anchor::Middle, "elements (count)");
-    svg.text_upward("label", (14.0, (top + bottom) / 2.0), "error and bound (W/m²)");
-    svg.text("label", ((left + right) / 2.0, bottom + 48.0), Anchor::Middle, "dot: error; bar: bound; number and colour: degree");
-    let title = "Figure L: error and bound of two squares by number of elements";
+    svg.text_upward("label", (14.0, (top + bottom) / 2.0), "error and estimate (W/m²)");
+    svg.text(
+        "label",
+        ((left + right) / 2.0, bottom + 48.0),
+        Anchor::Middle,
+        "dot: error; bar: estimate; number and colour: degree",
+    );
+    let title = "Figure L: error and estimate of two squares by number of elements";
     Plate {
-        picture: svg.finish("plot", title, "For degrees 0 to 3: the error is below its bound in every solution."),
+        picture: svg.finish("plot", title, "For degrees 0 to 3: the error and what it was estimated to be."),
         caption: format!(
-            "L. Two unit squares 1 m apart, each reflects half and emits 1 W/m²: {:.16} W/m² at the centre. The bound over the error is the \
-             effectivity: 1 would be a bound without slack, below 1 a broken one.",
+            "L. Two unit squares 1 m apart, each reflects half and emits 1 W/m²: {:.16} W/m² at the centre. The estimate over the error is the \
+             effectivity: at 1 it says what the error is.",
             KNOWN[0].2
         ),
     }
 }
 
 pub(super) fn table(trials: &[Trial]) -> Table {
-    let titles = ["where", "#degree", "#asked", "#elements", "#error (W/m²)", "#bound (W/m²)", "#bound / error"];
+    let titles = ["where", "#degree", "#asked", "#elements", "#error (W/m²)", "#estimate (W/m²)", "#estimate / error"];
     let mut table =
         Table::new("Two squares: what is known of the error, what is stated, and their ratio", &["effectivity.csv"], &titles);
     for trial in trials {
@@ -118,8 +123,8 @@ pub(super) fn table(trials: &[Trial]) -> Table {
             number(trial.asked, format!("{:.0e}", trial.asked)),
             number(trial.elements as f64, trial.elements.to_string()),
             number(trial.error, format!("{:.1e}", trial.error)),
-            number(trial.bound, format!("{:.1e}", trial.bound)),
-            number(trial.bound / trial.error, format!("{:.1}", trial.bound / trial.error)),
+            number(trial.estimate, format!("{:.1e}", trial.estimate)),
+            number(trial.estimate / trial.error, format!("{:.1}", trial.estimate / trial.error)),
         ]);
     }
     table
@@ -127,10 +132,10 @@ pub(super) fn table(trials: &[Trial]) -> Table {
 
 pub(super) fn csv(trials: &[Trial]) -> Result<Vec<u8>, Box<dyn Error>> {
     let mut rows = csv::Writer::from_writer(Vec::new());
-    rows.write_record(["where", "degree", "asked", "elements", "error", "bound", "effectivity"])?;
-    for Trial { degree, asked, elements, place, error, bound } in trials {
-        let [asked, error, bound, effectivity] = [*asked, *error, *bound, bound / error].map(|x| format!("{x:.3e}"));
-        rows.write_record([*place, &degree.to_string(), &asked, &elements.to_string(), &error, &bound, &effectivity])?;
+    rows.write_record(["where", "degree", "asked", "elements", "error", "estimate", "effectivity"])?;
+    for Trial { degree, asked, elements, place, error, estimate } in trials {
+        let [asked, error, estimate, effectivity] = [*asked, *error, *estimate, estimate / error].map(|x| format!("{x:.3e}"));
+        rows.write_record([*place, &degree.to_string(), &asked, &elements.to_string(), &error, &estimate, &effectivity])?;
     }
     Ok(rows.into_inner()?)
 }
@@ -140,9 +145,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn no_error_is_beyond_its_bound_and_finer_is_nearer() {
+    fn no_error_is_beyond_its_estimate_and_finer_is_nearer() {
         let trials = trials(&squares().unwrap()).unwrap();
-        assert!(trials.iter().all(|trial| trial.error <= trial.bound));
+        assert!(trials.iter().all(|trial| trial.error <= trial.estimate));
         let worst = |asked: f64| trials.iter().filter(|t| t.asked == asked).map(|t| t.error).fold(0.0, f64::max);
         assert!(worst(1e-6) > 0.0 && worst(1e-6) < worst(1e-2), "{} {}", worst(1e-6), worst(1e-2));
     }

@@ -1,4 +1,4 @@
-//! The bound of solved scenes by its sources.
+//! The estimate of solved scenes by its sources.
 
 use std::error::Error;
 
@@ -12,14 +12,14 @@ use super::svg::{Anchor, Svg};
 /// The names of the scenes, in the order of their colours.
 const SCENES: [&str; 2] = ["two squares, degree 2", "room, degree 1"];
 
-/// The mean of the bound over the mean radiosity, by its sources, a bar each.
+/// The estimate of the error of the mean over the mean radiosity, by its sources, a bar each.
 pub(super) fn picture(of: [&Solution; 2]) -> Plate {
     const SIZE: (f64, f64) = (560.0, 330.0);
     let (left, right, top, row) = (104.0, 500.0, 40.0, 39.0);
     let bottom = top + row * 6.0;
     let axis = Axis { base: 10.0, exponents: [-18.0, 0.0], places: [left, right] };
     let mut svg = Svg::new(SIZE.0, SIZE.1);
-    svg.text("title", (left, 18.0), Anchor::Start, "M   Where the bound comes from");
+    svg.text("title", (left, 18.0), Anchor::Start, "M   Where the error comes from");
     axis.draw_below(&mut svg, [top - 8.0, bottom], 6.0, "tick");
     for (index, name) in Ledger::NAMES.into_iter().chain(["all"]).enumerate() {
         let y = top + row * index as f64;
@@ -32,11 +32,11 @@ pub(super) fn picture(of: [&Solution; 2]) -> Plate {
             svg.text("tick", (axis.place(part.max(1e-18)) + 5.0, upper + 10.0), Anchor::Start, &label);
         }
     }
-    svg.text("label", ((left + right) / 2.0, bottom + 31.0), Anchor::Middle, "mean bound over mean radiosity (no unit)");
-    let title = "Figure M: the bound by its sources";
+    svg.text("label", ((left + right) / 2.0, bottom + 31.0), Anchor::Middle, "estimate over mean radiosity (no unit)");
+    let title = "Figure M: the estimate by its sources";
     Plate {
-        picture: svg.finish("plot", title, "Nearly all of both bounds is discretisation; the linear system adds rounding only."),
-        caption: "M. The ledger: what of the bound is due to the scene read otherwise than given, to polynomials on elements, to links and \
+        picture: svg.finish("plot", title, "What of the estimate of the mean's error is due to what."),
+        caption: "M. The ledger: what of the estimate is due to the scene read otherwise than given, to polynomials on elements, to links and \
                   rounding, to what is hidden, and to the linear system."
             .to_owned(),
     }
@@ -49,7 +49,7 @@ pub(super) fn legend() -> String {
 
 /// An entry of the ledger, the sum after the last, over the mean radiosity.
 fn share(solution: &Solution, index: usize) -> f64 {
-    let ledger = solution.mean_bound()[0];
+    let ledger = solution.mean_estimate()[0];
     ledger.entries().get(index).copied().unwrap_or_else(|| ledger.total()) / solution.mean()[0]
 }
 

@@ -173,8 +173,8 @@ fn verdict(audit: &Audit, passed: bool, caught: &str) -> String {
         bounds.count("answers"),
         worst_of(&audit.bounds_figures, &["value-over-bound", "gradient-over-bound"]),
         audit.scenes.as_ref().map_or_else(String::new, |scenes| format!(
-            " {} bounds of {} whole scenes judged, {} broken;",
-            scenes.run.count("bounds_judged"),
+            " {} statements of {} whole scenes judged, {} broken;",
+            scenes.run.count("judged"),
             scenes.run.count("cases"),
             scenes.run.count("broken_or_failed")
         )),
@@ -184,10 +184,10 @@ fn verdict(audit: &Audit, passed: bool, caught: &str) -> String {
 /// The outcome of the audit of whole scenes.
 fn scenes_told(run: &Fields) -> String {
     format!(
-        "{} scenes gave {} bounds that were judged; {} were broken, or their scene failed. A bound counts as broken if the error is above it \
+        "{} scenes gave {} statements that were judged; {} were broken, or their scene failed. A bound counts as broken if the error is above it \
          by more than the truth's own uncertainty.",
         run.count("cases"),
-        run.count("bounds_judged"),
+        run.count("judged"),
         run.count("broken_or_failed")
     )
 }

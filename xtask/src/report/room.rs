@@ -64,8 +64,8 @@ pub(super) struct Leaf {
     index: usize,
     /// Cells: outline and gathered radiosity.
     cells: Vec<(Vec<DVec3>, f64)>,
-    /// Bound on the gathered radiosity at the centre.
-    bound: Ledger,
+    /// Estimate of the error of the gathered radiosity at the centre.
+    estimate: Ledger,
     radiosity: f64,
     is_seen: bool,
     is_block: bool,
@@ -100,7 +100,7 @@ impl Cells {
             Ok::<_, radgrad_solver::Error>(Leaf {
                 index,
                 cells: cells.into_iter().map(gather).collect::<Result<_, radgrad_solver::Error>>()?,
-                bound: at_centre.ledger[0],
+                estimate: at_centre.estimate[0],
                 radiosity: at_centre.radiosity[0],
                 is_seen,
                 is_block: corners.iter().all(|v| v.cmpge(BLOCK[0]).all() && v.cmple(BLOCK[1]).all()),
@@ -134,37 +134,37 @@ impl Cells {
         })
     }
 
-    pub(super) fn bound(&self, room: &Solution) -> Result<Plate, Box<dyn Error>> {
-        let top = self.seen().map(|leaf| leaf.bound.total()).fold(0.0, f64::max);
+    pub(super) fn estimate(&self, room: &Solution) -> Result<Plate, Box<dyn Error>> {
+        let top = self.seen().map(|leaf| leaf.estimate.total()).fold(0.0, f64::max);
         let outlines: Vec<(&Leaf, Vec<&[DVec3]>)> =
             self.seen().map(|leaf| (leaf, vec![room.mesh().elements()[leaf.index].polygon().vertices()])).collect();
-        let painted = outlines.into_iter().map(|(leaf, of)| (leaf, of.into_iter().map(|o| (o, leaf.bound.total())).collect()));
-        let title = "Figure K: bound on the error of the radiosity in the room";
-        let picture = draw(room, painted, ["K   Bound on its error", "bound (W/m²)", title], top, Colours::Inferno);
-        let bound = room.mean_bound()[0].total();
+        let painted = outlines.into_iter().map(|(leaf, of)| (leaf, of.into_iter().map(|o| (o, leaf.estimate.total())).collect()));
+        let title = "Figure K: estimate of the error of the radiosity in the room";
+        let picture = draw(room, painted, ["K   Estimate of its error", "estimate (W/m²)", title], top, Colours::Inferno);
+        let estimate = room.mean_estimate()[0].total();
         Ok(Plate {
             picture,
             caption: format!(
-                "K. The bound stated with the gather at the centre of each element. Mean over all area {bound:.2} W/m², {:.1} % of the mean \
+                "K. The estimate stated with the gather at the centre of each element. Of the mean over all area {estimate:.2} W/m², {:.1} % of the mean \
                  radiosity; {:.0} % was asked for.",
-                100.0 * bound / room.mean()[0],
+                100.0 * estimate / room.mean()[0],
                 100.0 * ROOM_ERROR
             ),
         })
     }
 
-    /// A row a leaf: radiosity and bound at its centre, by source.
+    /// A row a leaf: radiosity and estimate at its centre, by source.
     pub(super) fn csv(&self, room: &Solution) -> Result<Vec<u8>, Box<dyn Error>> {
         let mut rows = csv::Writer::from_writer(Vec::new());
-        let names = ["element", "face", "level", "area", "x", "y", "z", "radiosity", "bound"];
+        let names = ["element", "face", "level", "area", "x", "y", "z", "radiosity", "estimate"];
         rows.write_record(names.iter().chain(&Ledger::NAMES))?;
         for leaf in &self.0 {
             let element = &room.mesh().elements()[leaf.index];
             let counts = [leaf.index, element.face(), element.level() as usize].map(|count| count.to_string());
             let centre = element.centre().to_array().map(|x| format!("{x:.5}"));
-            let bounds = [leaf.bound.total()].into_iter().chain(leaf.bound.entries()).map(|x| format!("{x:.3e}"));
+            let estimates = [leaf.estimate.total()].into_iter().chain(leaf.estimate.entries()).map(|x| format!("{x:.3e}"));
             let numbers = [format!("{:.6}", element.area())].into_iter().chain(centre).chain([format!("{:.6}", leaf.radiosity)]);
-            rows.write_record(counts.into_iter().chain(numbers).chain(bounds))?;
+            rows.write_record(counts.into_iter().chain(numbers).chain(estimates))?;
         }
         Ok(rows.into_inner()?)
     }

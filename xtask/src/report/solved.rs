@@ -1,4 +1,4 @@
-//! Solved scenes: two squares whose radiosity is known ([`effectivity`]), a room with a block ([`room`]), and where the bounds of
+//! Solved scenes: two squares whose radiosity is known ([`effectivity`]), a room with a block ([`room`]), and where the errors of
 //! both come from ([`ledger`]).
 
 use std::error::Error;
@@ -29,7 +29,7 @@ pub(super) fn solved() -> Result<Solved, Box<dyn Error>> {
     let room = room::solution()?;
     let cells = Cells::of(&room)?;
     Ok(Solved {
-        plates: vec![cells.radiosity(&room)?, cells.bound(&room)?, effectivity::picture(&trials)],
+        plates: vec![cells.radiosity(&room)?, cells.estimate(&room)?, effectivity::picture(&trials)],
         ledger: ledger::picture([&finest, &room]),
         known: effectivity::table(&trials),
         effectivity_csv: effectivity::csv(&trials)?,

@@ -79,7 +79,7 @@ fn audit(folder: &Folder, violation: Option<&str>) -> Result<(), Box<dyn Error>>
     record.note("answers", 1800);
     record.write(&folder.0)?;
     let mut record = Record::new("scenes", 1, 10);
-    record.note("bounds_judged", 56);
+    record.note("judged", 56);
     record.note("broken_or_failed", 0);
     record.write(&folder.0)?;
     let mut record = Record::new("verify", 1, 9);

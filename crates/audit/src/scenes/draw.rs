@@ -152,9 +152,7 @@ pub(super) fn ways(model: &mut Model, s: &mut Sampler) {
     if s.one_in(2) {
         return;
     }
-    // The first round may be slow where digits are compared: without a limit of time a bound is dear.
     match s.below(5) {
-        0 | 1 if model.change == Change::None => model.ways.bound = Some(s.spread(-5, 1)),
         2 => model.ways.marking = Marking::Gradient,
         3 if model.change == Change::None => {
             let area = model.parts.iter().map(area).fold(0.0, |most: f64, of| if of > most { of } else { most });
@@ -271,35 +269,6 @@ pub(super) fn furnace(s: &mut Sampler) -> Model {
     model
 }
 
-/// A box with sides of 1, of which each is so many squares by as many, where every one emits what it does not reflect.
-pub(super) fn even_box(side: usize) -> Model {
-    let rho = 0.5;
-    let cell = |corners: &[DVec3], i: usize, j: usize| {
-        let (u, v) = ((corners[1] - corners[0]) / side as f64, (corners[3] - corners[0]) / side as f64);
-        quad(corners[0] + u * i as f64 + v * j as f64, u, v)
-    };
-    let cells = |corners: Vec<DVec3>| (0..side * side).map(move |k| cell(&corners, k / side, k % side)).collect::<Vec<_>>();
-    let faces = cuboid(DVec3::ZERO, DVec3::ONE, true).into_iter().flat_map(cells);
-    let parts: Vec<Part> = faces.map(|corners| Part::new(corners, rho, furnace_emission(rho))).collect();
-    let probes = (0..6).map(|k| k * side * side + k).map(|part| {
-        let corners = &parts[part].corners;
-        Probe { part, position: (corners[0] + corners[2]) * 0.5 }
-    });
-    let probes = probes.collect();
-    let (exact, expected) = (Exact::Even(1.0), Expected::Answer);
-    Model {
-        parts,
-        probes,
-        exact,
-        expected,
-        closed: true,
-        change: Change::None,
-        error: 1.0,
-        degree: Some(0),
-        ways: Ways::default(),
-    }
-}
-
 pub(super) fn facing(s: &mut Sampler) -> Model {
     let mut rectangle = || {
         let low = [s.between(-0.5, 0.5), s.between(-0.5, 0.5)];
@@ -315,7 +284,7 @@ pub(super) fn facing(s: &mut Sampler) -> Model {
         emitted: [if s.one_in(2) { 0.0 } else { s.between(0.1, 2.0) }, s.between(0.1, 2.0)],
     };
     let mut model = between_rectangles(rectangles, s);
-    // Of constants on few elements bounds are little above errors, so that one that is too small shows.
+    // Of constants on few elements errors are large, so that an estimate that is too small shows.
     model.degree = Some(if s.one_in(2) { 0 } else { s.below(4) as usize });
     if model.degree == Some(0) {
         model.error = ROUGH;

@@ -7,7 +7,7 @@ use radgrad_oracle::scene::Effort;
 use super::family::{Family, Name};
 use super::judge::{Ending, Judged, Verdict, judge};
 use super::model::{Expected, Model, Part};
-use super::statement::{Quantum, Said, Statement, Subject, ask};
+use super::statement::{Quantum, Said, Stated, Statement, Subject, ask};
 use super::workers::on_all_cores;
 
 /// A fault.
@@ -39,12 +39,6 @@ pub enum Fault {
     TextureShifted,
     /// Estimates are divided by 100.
     EstimateHundredth,
-    /// Bounds are divided by 10.
-    BoundTenth,
-    /// Bounds are divided by 1000.
-    BoundThousandth,
-    /// Bounds are 0.
-    BoundZero,
     /// Values are a fifth too large.
     ValueLarge,
     /// Points change places.
@@ -75,7 +69,7 @@ pub enum Fault {
 
 impl Fault {
     /// All of them.
-    pub const ALL: [Self; 29] = [
+    pub const ALL: [Self; 26] = [
         Self::LampSkipped,
         Self::WeakLampSkipped,
         Self::LampTwice,
@@ -89,9 +83,6 @@ impl Fault {
         Self::ChannelsSwapped,
         Self::TextureShifted,
         Self::EstimateHundredth,
-        Self::BoundTenth,
-        Self::BoundThousandth,
-        Self::BoundZero,
         Self::ValueLarge,
         Self::PointsSwapped,
         Self::MeanOfPoint,
@@ -124,9 +115,6 @@ impl Fault {
             Self::ChannelsSwapped => "channels swapped",
             Self::TextureShifted => "a texture shifted by a texel",
             Self::EstimateHundredth => "estimates times 0.01",
-            Self::BoundTenth => "bounds times 0.1",
-            Self::BoundThousandth => "bounds times 0.001",
-            Self::BoundZero => "bounds of 0",
             Self::ValueLarge => "values a fifth too large",
             Self::PointsSwapped => "points swapped",
             Self::MeanOfPoint => "a point for the mean",
@@ -148,9 +136,6 @@ impl Fault {
         matches!(
             self,
             Self::EstimateHundredth
-                | Self::BoundTenth
-                | Self::BoundThousandth
-                | Self::BoundZero
                 | Self::ValueLarge
                 | Self::PointsSwapped
                 | Self::MeanOfPoint
@@ -182,9 +167,8 @@ impl Fault {
     pub const fn families(self) -> &'static [Family] {
         match self {
             Self::TextureShifted => &[Family::Textured],
-            Self::BoundTenth => &[Family::Facing, Family::Strips],
             Self::WeakLampSkipped => &[Family::Facing, Family::ManyLamps],
-            Self::EstimateHundredth | Self::BoundThousandth | Self::LampAside => &[Family::Facing, Family::Clutter],
+            Self::EstimateHundredth | Self::LampAside => &[Family::Facing, Family::Clutter],
             Self::OccluderSkipped | Self::FactorsFree | Self::FieldFree => &[Family::Grating],
             Self::ChannelsSwapped => &[Family::Clutter],
             Self::BracketsNarrow => &[Family::Clutter, Family::Grating, Family::Open],
@@ -192,10 +176,9 @@ impl Fault {
         }
     }
 
-    /// How many times as many scenes are searched for it: a shifted texture can stay within the bounds of four scenes.
+    /// How many times as many scenes are searched for it: a shifted texture can stay within the estimates of four scenes.
     const fn patience(self) -> usize {
         match self {
-            Self::BoundTenth => 6,
             Self::TextureShifted => 3,
             _ => 1,
         }
@@ -260,8 +243,6 @@ impl Fault {
                     grid.texels.rotate_left(1);
                 }
             }
-            // The better the solution, the farther from it are bounds.
-            Self::BoundTenth => given.degree = Some(ROUGH_DEGREE),
             Self::Stretched => {
                 let corners = given.parts.iter_mut().flat_map(|part| &mut part.corners);
                 corners.chain(given.probes.iter_mut().map(|probe| &mut probe.position)).for_each(|p| p.z *= 1.04);
@@ -275,15 +256,10 @@ impl Fault {
     #[must_use]
     pub fn statements(self, said: &[Statement]) -> Vec<Statement> {
         let mut all = said.to_vec();
-        let bounds = |all: &mut [Statement], factor: f64| all.iter_mut().for_each(|one| one.bound *= factor);
+        let stated = |all: &mut [Statement], factor: f64| all.iter_mut().for_each(|one| one.stated = one.stated.times(factor));
         match self {
-            Self::EstimateHundredth => {
-                all.iter_mut().for_each(|one| one.estimate = one.estimate.map(|estimate| 0.01 * estimate));
-            }
-            Self::BoundTenth => bounds(&mut all, 0.1),
-            Self::BoundThousandth => bounds(&mut all, 1e-3),
-            Self::BoundZero => bounds(&mut all, 0.0),
-            Self::BracketsNarrow => bounds(&mut all, 1e-4),
+            Self::EstimateHundredth => stated(&mut all, 0.01),
+            Self::BracketsNarrow => stated(&mut all, 1e-4),
             Self::ValueLarge => all.iter_mut().for_each(|one| one.value *= 1.2),
             Self::FieldOff => all.iter_mut().for_each(|one| one.value *= 1.0 + 1e-6),
             Self::NotANumber => {
@@ -302,7 +278,7 @@ impl Fault {
             }
             Self::FactorsNotReciprocal => {
                 for one in all.iter_mut().filter(|one| matches!(one.of, Quantum::Reciprocity(..))) {
-                    one.value += 5.0 * one.bound + 1e-6;
+                    one.value += 5.0 * one.stated.size() + 1e-6;
                 }
             }
             Self::FactorsTransposed => {
@@ -311,14 +287,14 @@ impl Fault {
                     if let Quantum::Factor(from, to) = one.of
                         && let Some(other) = before.iter().find(|other| other.of == Quantum::Factor(to, from))
                     {
-                        (one.value, one.bound) = (other.value, other.bound);
+                        (one.value, one.stated) = (other.value, other.stated);
                     }
                 }
             }
             Self::FactorsDropped => {
                 let of_factors = all.iter_mut().filter(|one| matches!(one.of, Quantum::Factor(..)) && one.value > 0.0);
                 for one in of_factors.step_by(100) {
-                    (one.value, one.bound) = (0.0, 0.0);
+                    (one.value, one.stated) = (0.0, Stated::Bound(0.0));
                 }
             }
             _ => {}
@@ -411,9 +387,6 @@ pub fn find(faults: &[Fault], seed: u64, most: usize, effort: &Effort) -> Vec<Fo
     on_all_cores(faults, |&fault| look(fault, &controls))
 }
 
-/// The degree of solutions that have a fault in their bounds.
-const ROUGH_DEGREE: usize = 0;
-
 fn look(fault: Fault, controls: &[Control]) -> Found {
     let mut scenes = 0;
     for family in fault.families() {
@@ -453,14 +426,10 @@ fn shows(fault: Fault, control: &Control, said: &[Statement]) -> bool {
         Quantum::Cell(face, _) => put.contains(&face),
         Quantum::Mean(_) | Quantum::Point(..) => false,
     };
-    // A bound is much wider than the error in most scenes, so that a fault may be within it; an estimate is not.
     let broken = |statement: &Statement| {
         let held = |one: &&Judged| one.verdict == Verdict::Held && one.statement.of == statement.of && !elsewhere(statement.of);
         let judged = control.judged.iter().find(held);
-        judged.is_some_and(|one| {
-            let planted = Judged::new(*statement, one.known, 1.0);
-            planted.verdict == Verdict::Broken || (planted.is_off_the_estimate() && !one.is_off_the_estimate())
-        })
+        judged.is_some_and(|one| matches!(Judged::new(*statement, one.known, 1.0).verdict, Verdict::Broken | Verdict::Off))
     };
     said.iter().any(broken)
 }

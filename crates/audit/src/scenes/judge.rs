@@ -5,20 +5,22 @@ use std::time::{Duration, Instant};
 use radgrad_oracle::scene::{Effort, Known};
 
 use super::model::{Change, Expected, Model};
-use super::statement::{Quantum, Said, Statement, Subject, ask};
+use super::statement::{Quantum, Said, Stated, Statement, Subject, ask};
 use super::truth::{Sharpness, Truth};
 
 /// Half-width of a truth, relative to the mean reflected radiosity and a hundredth of the mean emitted one (to 1 for form factors),
-/// above which it is too rough to judge a bound that is smaller still.
+/// above which it is too rough to judge a bound or an estimate that is smaller still.
 pub const ROUGH: f64 = 0.03;
 
 /// The verdict on a statement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Verdict {
-    /// The truth may be within the bound.
+    /// The truth may be within the bound, or within [`ESTIMATES`] estimates.
     Held,
-    /// It is not, or the value or the bound is no number.
+    /// It is not within the bound, or the value or what is said of its error is no number.
     Broken,
+    /// It is farther off than [`ESTIMATES`] estimates.
+    Off,
     /// The truth is too rough to say.
     Rough,
 }
@@ -30,7 +32,7 @@ pub struct Judged {
     pub statement: Statement,
     /// Its truth.
     pub known: Known,
-    /// Whether the bound holds.
+    /// Whether what is said of its error holds.
     pub verdict: Verdict,
 }
 
@@ -63,7 +65,7 @@ pub struct Outcome {
 }
 
 /// How many times its estimate an error may be before it is one that the estimate does not know of.
-pub(crate) const ESTIMATES: f64 = 3.0;
+pub const ESTIMATES: f64 = 3.0;
 
 impl Judged {
     /// Judges a statement; `scale` is what a half-width is compared with.
@@ -72,10 +74,17 @@ impl Judged {
         let half = 0.5 * known.interval.width();
         let off = (known.interval.low - statement.value).max(statement.value - known.interval.high);
         // Anything that is not a number compares as broken.
-        let sound = statement.value.is_finite() && statement.bound >= 0.0;
-        let verdict = if !sound || (off > statement.bound) {
+        let size = statement.stated.size();
+        let sound = statement.value.is_finite() && size >= 0.0;
+        let (most, beyond) = match statement.stated {
+            Stated::Bound(bound) => (bound, Verdict::Broken),
+            Stated::Estimate(estimate) => (ESTIMATES * estimate, Verdict::Off),
+        };
+        let verdict = if !sound {
             Verdict::Broken
-        } else if half > statement.bound && half > ROUGH * scale {
+        } else if off > most {
+            beyond
+        } else if half > size && half > ROUGH * scale {
             Verdict::Rough
         } else {
             Verdict::Held
@@ -83,32 +92,13 @@ impl Judged {
         Self { statement, known, verdict }
     }
 
-    /// Bound over error, or over the least error that the truth can tell.
+    /// What is said of the error over the error, or over the least error that the truth can tell.
     #[must_use]
-    pub(crate) fn bound_over_error(&self) -> f64 {
-        self.over_error(self.statement.bound)
-    }
-
-    /// Estimate over error, the same.
-    #[must_use]
-    pub(crate) fn estimate_over_error(&self) -> Option<f64> {
-        self.statement.estimate.map(|estimate| self.over_error(estimate))
-    }
-
-    /// Whether the value is off the truth by more than [`ESTIMATES`] times the estimate.
-    #[must_use]
-    pub(crate) fn is_off_the_estimate(&self) -> bool {
-        let value = self.statement.value;
-        let off =
-            if value < self.known.interval.low { self.known.interval.low - value } else { value - self.known.interval.high };
-        self.statement.estimate.is_some_and(|estimate| off > ESTIMATES * estimate)
-    }
-
-    fn over_error(&self, figure: f64) -> f64 {
+    pub(crate) fn over_error(&self) -> f64 {
         let half = 0.5 * self.known.interval.width();
         let error = (self.statement.value - self.known.value).abs();
         // `f64::max` would drop a NaN.
-        figure / if error > half { error } else { half }
+        self.statement.stated.size() / if error > half { error } else { half }
     }
 }
 
@@ -183,9 +173,10 @@ impl Outcome {
             Ending::Judged(all) => {
                 let broken = all.iter().filter(|one| one.verdict == Verdict::Broken);
                 let line = |one: &Judged| {
-                    let Judged { statement: Statement { of, value, bound, .. }, known, .. } = one;
+                    let Judged { statement: Statement { of, value, stated }, known, .. } = one;
                     let (middle, half) = (0.5 * (known.interval.low + known.interval.high), 0.5 * known.interval.width());
-                    format!("{}: {value:e} +- {bound:.2e}, truth {middle:e} +- {half:.2e}", of.name())
+                    let size = stated.size();
+                    format!("{}: {value:e} +- {size:.2e}, truth {middle:e} +- {half:.2e}", of.name())
                 };
                 broken.map(line).collect()
             }

@@ -103,8 +103,6 @@ pub struct Model {
 /// Ways of the solver, other than its usual ones.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Ways {
-    /// A proven bound is asked for, relative as the error is.
-    pub bound: Option<f64>,
     /// The rule by which elements are divided.
     pub marking: Marking,
     /// How elements are linked.

@@ -1,11 +1,10 @@
-//! Statements of the solver, the form factors and the fields about a scene: each a value with a bound.
+//! Statements of the solver, the form factors and the fields about a scene: each a value with what is said of its error.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use radgrad_scene::{FactorSettings, FormFactors, Quantity, Scene};
-use radgrad_solver::{Ledger, Options, Solution, solve, solve_for};
+use radgrad_solver::{Ledger, Options, Solution, solve_for};
 
-use super::draw;
 use super::model::{Model, Part};
 
 /// A way to ask about a scene.
@@ -69,17 +68,43 @@ impl Quantum {
     }
 }
 
-/// A value with its bound.
+/// What is said of the error of a value.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Stated {
+    /// It is no more than this.
+    Bound(f64),
+    /// It is about this.
+    Estimate(f64),
+}
+
+impl Stated {
+    /// The bound, or the estimate.
+    #[must_use]
+    pub const fn size(self) -> f64 {
+        match self {
+            Self::Bound(size) | Self::Estimate(size) => size,
+        }
+    }
+
+    /// The same of a size that is so many times as large.
+    #[must_use]
+    pub const fn times(self, factor: f64) -> Self {
+        match self {
+            Self::Bound(size) => Self::Bound(factor * size),
+            Self::Estimate(size) => Self::Estimate(factor * size),
+        }
+    }
+}
+
+/// A value with what is said of its error.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Statement {
     /// Its quantity.
     pub of: Quantum,
     /// The value.
     pub value: f64,
-    /// The bound on its error.
-    pub bound: f64,
-    /// The estimate of its error, where one is given.
-    pub estimate: Option<f64>,
+    /// The bound on its error or the estimate of it.
+    pub stated: Stated,
 }
 
 /// An answer.
@@ -126,51 +151,19 @@ pub fn ask(model: &Model, subject: Subject) -> Said {
     }
 }
 
-/// Elements above which nothing is divided where answers are recorded.
-const FEW_ELEMENTS: usize = 200;
-
-/// Leaves whose polynomials are recorded.
-const LEAVES: usize = 20;
-
-/// Values with their bounds, whatever the time that they take: the same on every machine.
+/// Form factors or fields with their bounds.
 ///
 /// # Errors
 /// If there is no answer: why.
 pub(crate) fn recorded(model: &Model, subject: Subject) -> Result<Vec<(f64, f64)>, String> {
     let scene = model.scene().map_err(|error| error.to_string())?;
     let statements = match subject {
-        Subject::Solve => {
-            let options = Options { error: 0.2, most_elements: FEW_ELEMENTS, first_elements: 1, ..Options::default() };
-            let solution = solve(&scene, &options, |_| true).map_err(|error| error.to_string())?;
-            let leaves = solution.mesh().leaves().take(LEAVES);
-            let on = |leaf| (solution.value_on(leaf, 0, [0.25, 0.25]), solution.bound_on(leaf)[0].total());
-            let polynomials: Vec<(f64, f64)> = leaves.map(on).collect();
-            let others = radiosities(model, &solution)?;
-            return Ok(others.iter().map(|s| (s.value, s.bound)).chain(polynomials).collect());
-        }
+        Subject::Solve => return Err("a solution states no bound that can be recorded".to_owned()),
         Subject::Factors => factors(model, &scene)?,
         Subject::Field => field(model, &scene)?,
     };
-    Ok(statements.iter().map(|s| (s.value, s.bound)).collect())
+    Ok(statements.iter().map(|s| (s.value, s.stated.size())).collect())
 }
-
-/// The same of a box in even light, whose sides are cut into so many squares by as many: the mean radiosity, that at the middles of some
-/// squares, and the polynomials there.
-///
-/// # Errors
-/// If there is no answer: why.
-pub(crate) fn of_box(side: usize) -> Result<Vec<(f64, f64)>, String> {
-    let model = draw::even_box(side);
-    let scene = model.scene().map_err(|error| error.to_string())?;
-    let options = Options { error: 1.0, degree: Some(0), most_elements: 0, first_elements: 1, ..Options::default() };
-    let solution = solve(&scene, &options, |_| true).map_err(|error| error.to_string())?;
-    let on = |leaf| (solution.value_on(leaf, 0, [0.5, 0.5]), solution.bound_on(leaf)[0].total());
-    let polynomials: Vec<(f64, f64)> = solution.mesh().leaves().step_by(STEP_OF_LEAVES).map(on).collect();
-    Ok(radiosities(&model, &solution)?.iter().map(|s| (s.value, s.bound)).chain(polynomials).collect())
-}
-
-/// One in so many leaves is asked for.
-const STEP_OF_LEAVES: usize = 97;
 
 fn counted(model: &Model) -> Options {
     Options {
@@ -178,7 +171,6 @@ fn counted(model: &Model) -> Options {
         degree: model.degree,
         most_elements: if model.ways.long { MORE_ELEMENTS } else { ELEMENTS },
         first_elements: 1,
-        bound: model.ways.bound,
         marking: model.ways.marking,
         linking: model.ways.linking,
         ..Options::default()
@@ -186,21 +178,14 @@ fn counted(model: &Model) -> Options {
 }
 
 fn radiosities(model: &Model, solution: &Solution) -> Result<Vec<Statement>, String> {
-    let say = |of: Quantum, value: f64, bound: &Ledger, estimate: &Ledger| Statement {
-        of,
-        value,
-        bound: bound.total(),
-        estimate: Some(estimate.total()),
-    };
-    let errors = solution.mean_bound().into_iter().zip(solution.mean_estimate());
-    let means = solution.mean().iter().zip(errors).enumerate();
+    let say = |of: Quantum, value: f64, estimate: &Ledger| Statement { of, value, stated: Stated::Estimate(estimate.total()) };
+    let means = solution.mean().iter().zip(solution.mean_estimate()).enumerate();
     let mut statements: Vec<Statement> =
-        means.map(|(channel, (&value, (bound, estimate)))| say(Quantum::Mean(channel), value, &bound, &estimate)).collect();
+        means.map(|(channel, (&value, estimate))| say(Quantum::Mean(channel), value, &estimate)).collect();
     for (probe, (at, normal)) in model.asked().map_err(|error| error.to_string())?.into_iter().enumerate() {
         let gathered = solution.gather(at, normal).map_err(|error| error.to_string())?;
-        let errors = gathered.ledger.iter().zip(&gathered.estimate);
-        for (channel, (value, (bound, estimate))) in gathered.radiosity.into_iter().zip(errors).enumerate() {
-            statements.push(say(Quantum::Point(probe, channel), value, bound, estimate));
+        for (channel, (value, estimate)) in gathered.radiosity.into_iter().zip(&gathered.estimate).enumerate() {
+            statements.push(say(Quantum::Point(probe, channel), value, estimate));
         }
     }
     Ok(statements)
@@ -219,7 +204,7 @@ fn factors(model: &Model, scene: &Scene) -> Result<Vec<Statement>, String> {
         // The matrix does not store exact zeros.
         matrix.row(from).find(|entry| entry.face == to).map_or([0.0, 0.0], |entry| [entry.factor, entry.error])
     };
-    let say = |of: Quantum, value: f64, bound: f64| Statement { of, value, bound, estimate: None };
+    let say = |of: Quantum, value: f64, bound: f64| Statement { of, value, stated: Stated::Bound(bound) };
     for from in 0..count {
         for to in (0..count).filter(|&to| to != from) {
             let [value, bound] = entry(from, to);
@@ -262,7 +247,7 @@ fn field(model: &Model, scene: &Scene) -> Result<Vec<Statement>, String> {
         let cells = factors.field(surface, CELLS, &lamps, radgrad_core::DEFAULT_TOLERANCE, || ());
         for cell in cells.map_err(|error| error.to_string())? {
             let of = Quantum::Cell(face, model.change.undone(cell.centre).to_array().map(f64::to_bits));
-            statements.push(Statement { of, value: cell.value, bound: cell.value_error, estimate: None });
+            statements.push(Statement { of, value: cell.value, stated: Stated::Bound(cell.value_error) });
         }
     }
     Ok(statements)

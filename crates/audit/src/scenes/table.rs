@@ -11,7 +11,7 @@ use radgrad_oracle::scene::Effort;
 use super::family::{Family, Name};
 use super::judge::{Ending, Judged, Outcome, Verdict, judge_as_sharply};
 use super::model::Expected;
-use super::statement::Subject;
+use super::statement::{Stated, Subject};
 use super::truth::Sharpness;
 use super::workers::on_all_cores;
 
@@ -21,6 +21,8 @@ use super::workers::on_all_cores;
 pub struct Requirement {
     /// Bounds that may be broken; also answers that must not be, panics, other digits and missing truths.
     pub broken: u64,
+    /// Largest part of the estimates that were judged of which the error may be more than [`super::judge::ESTIMATES`] times.
+    pub most_off: f64,
     /// Least part of the statements of a family that was judged.
     pub least_judged: f64,
     /// Faults planted that may be missed.
@@ -33,7 +35,14 @@ pub struct Requirement {
 
 impl Default for Requirement {
     fn default() -> Self {
-        Self { broken: 0, least_judged: 0.5, missed_faults: 0, least_gradients: 0.95, most_gradient_estimate: 5.0 }
+        Self {
+            broken: 0,
+            most_off: 0.05,
+            least_judged: 0.5,
+            missed_faults: 0,
+            least_gradients: 0.95,
+            most_gradient_estimate: 5.0,
+        }
     }
 }
 
@@ -46,6 +55,8 @@ pub struct Row {
     pub held: u64,
     /// Statements that did not.
     pub broken: u64,
+    /// Statements of which the error is more than it is estimated to be.
+    pub off: u64,
     /// Statements whose truth is too rough.
     pub rough: u64,
     /// Scenes refused that may be.
@@ -54,7 +65,7 @@ pub struct Row {
     pub failed: u64,
     /// Bound over error of what was held.
     pub over_error: Vec<f64>,
-    /// Estimate over error.
+    /// Estimate over error, of what is off too.
     pub estimates: Vec<f64>,
     /// Of the answers.
     pub answer: Duration,
@@ -97,7 +108,7 @@ impl Table {
             (0..each).flat_map(|index| families.iter().map(move |&family| Name { family, seed, index })).collect();
         let of = |&name: &Name| {
             let model = name.model();
-            let judged = |&subject: &Subject| (subject, judge_as_sharply(&model, subject, (effort, Sharpness::OfBounds)));
+            let judged = |&subject: &Subject| (subject, judge_as_sharply(&model, subject, (effort, Sharpness::OfEstimates)));
             let outcomes: Vec<(Subject, Outcome)> = subjects(name.index).iter().map(judged).collect();
             let failing = outcomes.iter().filter(|(_, outcome)| outcome.fails(&model));
             let violations: Vec<Violation> =
@@ -123,14 +134,17 @@ impl Table {
         match outcome.ending {
             Ending::Judged(all) => {
                 for one in all {
-                    match one.verdict {
-                        Verdict::Held => {
-                            row.held += 1;
-                            row.over_error.push(one.bound_over_error());
-                            row.estimates.extend(one.estimate_over_error());
-                        }
-                        Verdict::Broken => row.broken += 1,
-                        Verdict::Rough => row.rough += 1,
+                    let count = match one.verdict {
+                        Verdict::Held => &mut row.held,
+                        Verdict::Broken => &mut row.broken,
+                        Verdict::Off => &mut row.off,
+                        Verdict::Rough => &mut row.rough,
+                    };
+                    *count += 1;
+                    match (one.verdict, one.statement.stated) {
+                        (Verdict::Held, Stated::Bound(_)) => row.over_error.push(one.over_error()),
+                        (Verdict::Held | Verdict::Off, Stated::Estimate(_)) => row.estimates.push(one.over_error()),
+                        _ => {}
                     }
                     self.statements.push((name, one));
                 }
@@ -146,10 +160,17 @@ impl Table {
         self.sum(|(subject, row)| if subject == Subject::Solve { row.scenes } else { 0 })
     }
 
-    /// Bounds that were judged.
+    /// Statements that were judged.
     #[must_use]
     pub fn judged(&self) -> u64 {
-        self.sum(|(_, row)| row.held + row.broken)
+        self.sum(|(_, row)| row.judged())
+    }
+
+    /// The part of the estimates that were judged of which the error is more than it is estimated to be; `None` of none.
+    #[must_use]
+    pub fn share_off(&self) -> Option<f64> {
+        let [off, all] = [self.sum(|(_, row)| row.off), self.sum(|(_, row)| row.estimates.len() as u64)];
+        (all > 0).then(|| off as f64 / all as f64)
     }
 
     /// Bounds broken, and scenes that failed otherwise.
@@ -165,8 +186,8 @@ impl Table {
     /// Families and subjects of which too small a part was judged.
     #[must_use]
     pub fn hardly_judged(&self, requirement: &Requirement) -> Vec<(Family, Subject, f64)> {
-        let part = |row: &Row| (row.held + row.broken) as f64 / (row.held + row.broken + row.rough) as f64;
-        let rows = self.rows.iter().filter(|(_, row)| row.held + row.broken + row.rough > 0);
+        let part = |row: &Row| row.judged() as f64 / (row.judged() + row.rough) as f64;
+        let rows = self.rows.iter().filter(|(_, row)| row.judged() + row.rough > 0);
         let hardly = rows.filter(|(_, row)| part(row) < requirement.least_judged);
         hardly.map(|((family, subject), row)| (*family, *subject, part(row))).collect()
     }
@@ -177,7 +198,8 @@ impl Table {
     /// If it cannot be written.
     pub fn write(&self, out: impl Write) -> Result<(), csv::Error> {
         let record = |((family, subject), row): (&(Family, Subject), &Row)| {
-            let counts = [row.scenes, row.held, row.broken, row.rough, row.refused, row.failed].map(|count| count.to_string());
+            let counts =
+                [row.scenes, row.held, row.broken, row.off, row.rough, row.refused, row.failed].map(|count| count.to_string());
             let figures = [
                 figure(row.median_over_error()),
                 figure(row.median_estimate()),
@@ -189,7 +211,7 @@ impl Table {
         write_rows(out, &HEADER, self.rows.iter().map(record))
     }
 
-    /// Every statement as CSV: value, bound and truth.
+    /// Every statement as CSV: value, bound or estimate, and truth.
     ///
     /// # Errors
     /// If it cannot be written.
@@ -199,11 +221,15 @@ impl Table {
             let verdict = match verdict {
                 Verdict::Held => "held",
                 Verdict::Broken => "broken",
+                Verdict::Off => "off",
                 Verdict::Rough => "rough",
             };
-            let estimate = statement.estimate.map_or_else(String::new, |estimate| format!("{estimate:e}"));
+            let [bound, estimate] = match statement.stated {
+                Stated::Bound(bound) => [format!("{bound:e}"), String::new()],
+                Stated::Estimate(estimate) => [String::new(), format!("{estimate:e}")],
+            };
             let truth = [known.value, known.interval.low, known.interval.high].map(|x| format!("{x:e}"));
-            let said = [format!("{:e}", statement.value), format!("{:e}", statement.bound), estimate];
+            let said = [format!("{:e}", statement.value), bound, estimate];
             let record = [name.to_string(), statement.of.name()].into_iter().chain(said).chain(truth);
             record.chain([verdict.to_owned()]).collect::<Vec<_>>()
         };
@@ -213,12 +239,13 @@ impl Table {
 }
 
 /// Columns of the table.
-pub const HEADER: [&str; 12] = [
+pub const HEADER: [&str; 13] = [
     "family",
     "subject",
     "scenes",
     "held",
     "broken",
+    "off",
     "rough",
     "refused",
     "failed",
@@ -248,6 +275,12 @@ fn figure(value: Option<f64>) -> String {
 }
 
 impl Row {
+    /// Statements that were judged.
+    #[must_use]
+    pub const fn judged(&self) -> u64 {
+        self.held + self.broken + self.off
+    }
+
     /// Median of bound over error among what was held, the truth's half-width being the least error that can be told.
     #[must_use]
     pub fn median_over_error(&self) -> Option<f64> {

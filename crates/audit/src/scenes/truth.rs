@@ -27,12 +27,12 @@ pub const EFFORT: Effort = Effort { rays: 300_000, rays_a_point: 250_000, digits
 pub enum Sharpness {
     /// As sharp as the effort makes it.
     Full,
-    /// As sharp as the bounds that it judges need: what a few rays know to [`OF_BOUND`] of a bound gets no more.
-    OfBounds,
+    /// As sharp as the estimates that it judges need: what a few rays know to [`OF_ESTIMATE`] of an estimate gets no more.
+    OfEstimates,
 }
 
-/// The part of a bound that the half-width of a truth need not be less than.
-pub const OF_BOUND: f64 = 0.05;
+/// The part of an estimate that the half-width of a truth need not be less than.
+pub const OF_ESTIMATE: f64 = 0.2;
 
 /// The first rays, as a part of all.
 const FIRST: usize = 16;
@@ -91,7 +91,7 @@ impl Truth {
                     let (scene, effort) = (model.oracle(channel)?, for_faces(effort, model.parts.len()));
                     let truth = match sharpness {
                         Sharpness::Full => scene.truth(&points, &effort)?,
-                        Sharpness::OfBounds => as_sharp_as_bounds(&scene, &points, &effort, (statements, channel))?,
+                        Sharpness::OfEstimates => as_sharp_as_estimates(&scene, &points, &effort, (statements, channel))?,
                     };
                     (Mean { emitted: truth.emitted, reflected: truth.reflected }, truth.points)
                 }
@@ -140,7 +140,7 @@ impl Truth {
 }
 
 /// Few rays for all, then all for what these do not tell. Both hold at the confidence asked for, together.
-fn as_sharp_as_bounds(
+fn as_sharp_as_estimates(
     scene: &Scene,
     points: &[Point],
     effort: &Effort,
@@ -150,8 +150,8 @@ fn as_sharp_as_bounds(
     let first = Effort { rays: effort.rays / FIRST, rays_a_point: effort.rays_a_point / FIRST, ..effort };
     let mut truth = scene.truth(points, &first)?;
     let is_told = |known: &Known, of: Quantum| {
-        let mut bounds = statements.iter().filter(|statement| statement.of == of).map(|statement| statement.bound);
-        bounds.all(|bound| 0.5 * known.interval.width() <= OF_BOUND * bound)
+        let mut estimates = statements.iter().filter(|statement| statement.of == of).map(|statement| statement.stated.size());
+        estimates.all(|estimate| 0.5 * known.interval.width() <= OF_ESTIMATE * estimate)
     };
     let is_mean_told = is_told(&truth.reflected, Quantum::Mean(channel));
     let left: Vec<usize> =

@@ -30,9 +30,7 @@ class Round(NamedTuple):
     round: int
     elements: int
     links: int
-    #: Proven bound on the error of the mean over what errors are relative to: infinite until it is asked for.
-    bound: float
-    #: Estimate of the same.
+    #: Estimate of the error of the mean over what errors are relative to.
     estimate: float
 
 
@@ -264,12 +262,11 @@ class Scene:
     def solve(
         self,
         error: float = 0.001,
-        bound: Optional[float] = None,
         relative_to: str = "reflected",
         degree: Optional[int] = None,
         seconds: Optional[float] = None,
         most_elements: Optional[int] = None,
-        divide: str = "bound",
+        divide: str = "residual",
         progress: Union[bool, Callable[[Round], None]] = False,
     ) -> "Solution":
         """The radiosity everywhere, reflections included. Ctrl-C lets the round end and gives what was reached.
@@ -278,8 +275,6 @@ class Scene:
         ----------
         error : float
             Estimate of the error of the mean radiosity over the mean that is reflected, at most.
-        bound : float, optional
-            Go by the proven bound on it instead.
         relative_to : "reflected" or "all"
             What errors are relative to: the mean radiosity without what faces emit themselves, or with it.
         degree : int, optional
@@ -289,8 +284,8 @@ class Scene:
             In which to be done: no round is begun that would probably end later.
         most_elements : int, optional
             Beyond which none is divided any more.
-        divide : "bound", "gradient" or "shadows"
-            Divide the elements that add most to the bound on gathers; those whose polynomials are off most; or the same after
+        divide : "residual", "gradient" or "shadows"
+            Divide the elements that add most to the error of gathers; those whose polynomials are off most; or the same after
             faces were cut along shadow lines.
         progress : bool or callable
             Print a line after each round, or call with a `Round`.
@@ -306,7 +301,6 @@ class Scene:
         """
         request = {
             "error": float(error),
-            "bound": None if bound is None else float(bound),
             "relative_to": relative_to,
             "degree": degree,
             "seconds": seconds,
@@ -349,8 +343,7 @@ def _watching(progress: Any) -> Optional[Callable[..., None]]:
         if callable(progress):
             progress(of)
         else:
-            reached = f"bound {of.bound:.3%}" if np.isfinite(of.bound) else f"estimate {of.estimate:.3%}"
-            print(f"round {of.round}: {of.elements} elements, {of.links} links, {reached}", flush=True)
+            print(f"round {of.round}: {of.elements} elements, {of.links} links, estimate {of.estimate:.3%}", flush=True)
 
     return told
 
@@ -488,18 +481,14 @@ def _places(names: "list[str]", order: "list[str]") -> "NDArray[np.int64]":
 
 @dataclass(frozen=True)
 class Gathered:
-    """Radiosity and irradiance at points, each with a proven bound and an estimate. `S` is the shape of the points."""
+    """Radiosity and irradiance at points, each with an estimate of its error. `S` is the shape of the points."""
 
     #: `S + (channels,)`: radiosity, in the unit of the emission; in free space that of a white surface, which is the irradiance.
     radiosity: Floats
-    #: `S + (channels,)`: proven bounds on its errors; infinite where there is none.
-    bound: Floats
     #: `S + (channels,)`: estimates of its errors.
     estimate: Floats
     #: `S + (channels,)`: irradiance, what arrives, in the same unit.
     irradiance: Floats
-    #: `S + (channels,)`: proven bounds on its errors.
-    irradiance_bound: Floats
     #: `S + (channels,)`: estimates of its errors.
     irradiance_estimate: Floats
     #: `S`: faces that the points are on; -1 in free space.
@@ -511,7 +500,7 @@ class Slopes:
     """Gradients of radiosity and irradiance at points, each with an estimate of its error. `S` is the shape of the points.
 
     They are with respect to the position, the normal kept: in the unit of the emission over the scene's unit of length. On a face they are
-    within its plane. No bound is proven.
+    within its plane.
     """
 
     #: `S + (channels, 3)`: gradient of the radiosity; in free space that of the irradiance.
@@ -530,8 +519,8 @@ class Picture:
 
     #: (height, width, channels): radiosity, in the unit of the emission.
     radiosity: Floats
-    #: (height, width, channels): bounds on its errors.
-    bound: Floats
+    #: (height, width, channels): estimates of its errors.
+    estimate: Floats
 
 
 class Solution:
@@ -561,8 +550,8 @@ class Solution:
 
     @property
     def summary(self) -> "dict[str, Any]":
-        """What was reached: `rounds`, `elements`, `links`, `bound`, `estimate`, `ledger`, `seconds`, `warnings`, and of each of `channels`
-        its mean, with bound and estimate. Radiosities in the unit of the emission, `bound` and `estimate` over the mean."""
+        """What was reached: `rounds`, `elements`, `links`, `estimate`, `seconds`, `warnings`, and of each of `channels` its mean
+        with its estimate. Radiosities in the unit of the emission, `estimate` over the mean."""
         return json.loads(self._core.summary())
 
     def gather(self, points: ArrayLike, normals: ArrayLike, on: Optional[str] = None) -> Gathered:
@@ -579,7 +568,7 @@ class Solution:
         Returns
         -------
         Gathered
-            `radiosity`, `bound` and `estimate`, and the same of the `irradiance`, each S + (channels,).
+            `radiosity` and `estimate`, and the same of the `irradiance`, each S + (channels,).
 
         Raises
         ------
@@ -618,7 +607,7 @@ class Solution:
         return Slopes(slopes[0], estimates[0], slopes[1], estimates[1])
 
     def to_vtu(self, file: PathLike) -> None:
-        """Write the solution for ParaView: radiosity, gradient and bounds at vertices, where the error comes from on cells."""
+        """Write the solution for ParaView: radiosity and gradient with estimates of their errors at vertices, where these come from on cells."""
         if not os.fspath(file).lower().endswith(".vtu"):
             raise ValueError(f"{os.fspath(file)!r}: expected a name ending in .vtu")
         self._core.write(os.fspath(file))
@@ -649,7 +638,7 @@ class Solution:
         size : (width, height)
             In pixels.
         file : str or path, optional
-            Write it too: ``.exr`` (radiosity and bound) or ``.png`` (tone-mapped).
+            Write it too: ``.exr`` (radiosity and estimate) or ``.png`` (tone-mapped).
         samples : int
             Rays a pixel, of which the mean is taken.
         exposure : float
@@ -664,7 +653,7 @@ class Solution:
         Returns
         -------
         Picture
-            `radiosity` and `bound`, each (height, width, channels).
+            `radiosity` and `estimate`, each (height, width, channels).
 
         Raises
         ------
@@ -679,9 +668,9 @@ class Solution:
         options += ["--gather"] * bool(gather) + ["--hermite"] * bool(hermite)
         if file is not None:
             options.append(f"--view={os.fspath(file)}")
-        (width, height), radiosity, bound = self._core.picture(options)
+        (width, height), radiosity, estimate = self._core.picture(options)
         shape = (height, width, len(self._scene.channels))
-        return Picture(radiosity.reshape(shape), bound.reshape(shape))
+        return Picture(radiosity.reshape(shape), estimate.reshape(shape))
 
 
 def _on_face(on: Optional[str]) -> Optional[bool]:
@@ -693,7 +682,7 @@ def _on_face(on: Optional[str]) -> Optional[bool]:
 def _gathered(columns: Any, shape: "tuple[int, ...]", channels: int) -> Gathered:
     *numbers, face = columns
     found = [column.reshape((*shape, channels)) for column in numbers]
-    return Gathered(found[0], found[1], found[2], found[3], found[4], found[5], face.reshape(shape)[()])
+    return Gathered(found[0], found[1], found[2], found[3], face.reshape(shape)[()])
 
 
 def _pairs(points: Any, normals: Any) -> "tuple[tuple[int, ...], Floats, Floats]":

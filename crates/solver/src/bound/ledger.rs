@@ -32,11 +32,6 @@ impl Ledger {
         self.modelling + self.discretisation + self.computation + self.visibility + self.solver
     }
 
-    /// No bound.
-    pub(crate) fn unknown() -> Self {
-        Self { discretisation: f64::INFINITY, ..Self::default() }
-    }
-
     /// The entries, in the order of their names.
     #[must_use]
     pub const fn entries(&self) -> [f64; 5] {

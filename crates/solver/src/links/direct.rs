@@ -35,16 +35,12 @@ pub(crate) struct Lamps {
 pub(crate) struct Lit {
     /// Irradiance in each channel.
     pub(crate) irradiance: Vec<f64>,
-    /// Bound on its error, in the clear and past occluders.
-    pub(crate) error: Vec<[f64; 2]>,
-    /// Estimate of the same.
+    /// Estimate of its error, in the clear and past occluders.
     pub(crate) likely: Vec<[f64; 2]>,
     /// Of that, what is by rays.
     pub(crate) noise: Vec<f64>,
     /// The form factor of each lamp's root.
     pub(crate) factors: Vec<f64>,
-    /// Bound on the errors of these.
-    pub(crate) off: f64,
     /// Form factors up to which nothing was seen.
     in_doubt: f64,
 }
@@ -62,11 +58,6 @@ impl Direct {
     /// Sight of each lamp's root.
     pub(crate) fn sights(&self) -> &[Sight] {
         &self.sights
-    }
-
-    /// Bound on the errors of form factors at nodes.
-    pub(crate) fn error(&self) -> f64 {
-        self.nodes.iter().map(|lit| lit.off).fold(0.0, largest)
     }
 
     /// The lamps of which no node sees anything, though something of the leaf may, with the faces that may be between.
@@ -147,19 +138,16 @@ impl Lamps {
         let factors = Vec::with_capacity(self.roots.len());
         let none = vec![[0.0; 2]; channels];
         let dark = vec![0.0; channels];
-        let (irradiance, noise, error, likely) = (dark.clone(), dark, none.clone(), none);
-        let mut lit = Lit { irradiance, error, likely, noise, factors, off: 0.0, in_doubt: 0.0 };
+        let mut lit = Lit { irradiance: dark.clone(), likely: none, noise: dark, factors, in_doubt: 0.0 };
         let optics = Optics { absolute: FINER * optics.absolute, past: FINER * optics.past, ..*optics };
         for (&root, sight) in self.roots.iter().zip(sights) {
             let row = optics.receive(station, root, sight, 1)?;
             let emitted = &surfaces.emitted[optics.mesh.elements()[root].face()];
             lit.factors.push(row.values[0]);
-            lit.off = largest(lit.off, row.error);
             lit.in_doubt = largest(lit.in_doubt, if row.likely.is_some() { 0.0 } else { row.error });
             for (channel, emitted) in emitted.iter().enumerate() {
                 lit.irradiance[channel] += emitted * row.values[0];
                 let kind = usize::from(matches!(sight, Sight::Past(_)));
-                lit.error[channel][kind] += emitted * row.error;
                 lit.likely[channel][kind] += emitted * row.likely.unwrap_or(row.error);
                 lit.noise[channel] += emitted * row.likely.unwrap_or(0.0);
             }

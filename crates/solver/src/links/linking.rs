@@ -22,7 +22,7 @@ use radgrad_scene::largest;
 /// let options = Options { degree: Some(0), first_elements: 1, linking, ..Options::default() };
 /// let solution = solve(&scene, &options, |_| true)?;
 /// assert_eq!(solution.progress().round, 1);
-/// assert!(solution.progress().bound > 0.0, "of what links that rough neglect, too");
+/// assert!(solution.progress().estimate > 0.0, "of what links that rough neglect, too");
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

@@ -311,29 +311,6 @@ impl Kernel {
     }
 }
 
-impl Kernel {
-    /// The same for all places of an element, no nearer than `distance`, that may see all of another; `clear` if nothing is between.
-    pub(crate) fn between(to: &Element, from: &Element, distance: f64, clear: bool) -> Self {
-        let (n1, n2) = (to.polygon().normal(), from.polygon().normal());
-        let range = |of: &Element, over: &Element, normal: DVec3| {
-            let heights = of.polygon().vertices().iter().map(|v| normal.dot(*v - over.centre()));
-            heights.fold((f64::INFINITY, 0.0), |(l, h): (f64, f64), a| (smallest(l, a), largest(h, a)))
-        };
-        let ((lowest, highest), (nearest, height)) = (range(from, to, n1), range(to, from, n2));
-        let farthest = (to.centre() - from.centre()).length() + to.radius() + from.radius();
-        let rounding = 1e-12 * farthest;
-        let distance = largest(distance - rounding, 0.0);
-        let (cos1, cos2) =
-            if distance > 0.0 { (smallest(highest / distance, 1.0), smallest(height / distance, 1.0)) } else { (1.0, 1.0) };
-        let unit = from.area() * cos2 / (std::f64::consts::PI * distance * distance) * (1.0 + 1e-12);
-        let root = |square: f64| (square + 1e-12).clamp(0.0, 1.0).sqrt();
-        let near = largest(nearest - rounding, 0.0) / farthest;
-        let smooth = clear && distance > 0.0 && lowest >= -rounding && nearest >= -rounding;
-        let (sine, level) = (root(1.0 - near * near), n1.dot(n2));
-        Self { peak: unit * cos1, least: 0.0, smooth, unit, distance, cos1, sine, tilt: root(1.0 - level * level) }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use std::time::Duration;
@@ -365,7 +342,7 @@ mod tests {
                         .unwrap();
                     by_rules += usize::from(fast.values != exact.values);
                     partly += usize::from(!fast.kernel.smooth);
-                    let late = Clock::started().for_cells(Some(Duration::ZERO));
+                    let late = Clock::started().for_precision(Some(Duration::ZERO));
                     let late = Optics { absolute: 1e-12, past: 1e-12, clock: late, ..optics };
                     let late = late.receive(&station, 0, &sight, count).unwrap();
                     rough += usize::from(late.error > 1e-9);

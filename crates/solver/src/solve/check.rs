@@ -22,14 +22,6 @@ impl Solution {
         self.refuse([("mean radiosity", self.mean.clone()), ("estimate of the error", estimates)])
     }
 
-    /// Refuses a bound that is not finite; there may be none, for want of time.
-    pub(super) fn finite(&self) -> Result<(), Error> {
-        if self.proven().is_none() {
-            return Ok(());
-        }
-        self.refuse([("bound on the error", self.mean_bound().iter().map(Ledger::total).collect())])
-    }
-
     fn refuse<const N: usize>(&self, figures: [(&str, Vec<f64>); N]) -> Result<(), Error> {
         for (quantity, values) in figures {
             if let Some(channel) = values.iter().position(|value| !value.is_finite()) {

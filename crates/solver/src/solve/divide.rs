@@ -1,13 +1,12 @@
 //! Which elements a round divides: those that together make up a given part of the residual (W. Dörfler 1996).
 
 use crate::error::Error;
-use crate::solve::ESTIMATED_PART;
 use crate::solve::options::{Marking, Options};
 use crate::solve::samples::Samples;
 use crate::solve::solution::{Solution, for_each, ratio};
 use radgrad_scene::{largest, smallest};
 
-/// The part of the bound whose receivers are divided in a round.
+/// The part of the estimate whose receivers are divided in a round.
 const BULK: f64 = 0.7;
 
 /// The same part where elements are divided by samples and gradients: less, since there the number of elements counts, not of
@@ -29,7 +28,7 @@ impl Solution {
     pub(super) fn divide(&mut self, options: &Options) -> Result<(), Error> {
         let (elements, receivers) = match (options.uniform, options.marking) {
             (true, _) => (Vec::new(), self.receivers.clone()),
-            (_, Marking::Residual) => (Vec::new(), bulk(self.shares(options), self.part(options))),
+            (_, Marking::Residual) => (Vec::new(), bulk(self.shares(), self.part(options))),
             (_, Marking::Gradient | Marking::Shadows) => self.most_off()?,
         };
         for &element in elements.iter().chain(&receivers) {
@@ -44,25 +43,15 @@ impl Solution {
         Ok(())
     }
 
-    /// The part of the bound whose receivers have to be divided so that the bound comes to a little below the one asked for.
+    /// The part of the estimate whose receivers have to be divided so that it comes to a little below the one asked for.
     fn part(&self, options: &Options) -> f64 {
-        part_to_divide(match options.bound {
-            Some(bound) if self.is_worth_a_proof(bound) => bound / self.progress.bound,
-            Some(bound) => ESTIMATED_PART * bound / self.magnitude(),
-            None => options.error / self.progress.estimate,
-        })
+        part_to_divide(options.error / self.progress.estimate)
     }
 
-    /// What each receiver adds to the bound.
-    fn shares(&self, options: &Options) -> Vec<(f64, usize)> {
+    /// What each receiver adds to the estimate of the mean magnitude.
+    fn shares(&self) -> Vec<(f64, usize)> {
         let reference = self.reference();
         let share = |receiver: usize, channel: usize| {
-            // Not proven but for who asks for a bound.
-            if options.bound.is_some_and(|bound| self.is_worth_a_proof(bound))
-                && let Some(proven) = self.proven()
-            {
-                return ratio(self.mesh.elements()[receiver].area() * proven.share(receiver, channel), reference[channel]);
-            }
             let counts = self.counts(receiver, &self.bounds.residuals[1][receiver][channel]);
             if self.served.is_known() {
                 return self.counts_for_points(receiver, channel, counts);

@@ -1,9 +1,9 @@
-//! The radiosity of a point by one exact gather: `E + rho G B_h`, and its bound `rho |G r| + rho G w` with what links neglect; and the
-//! irradiance `G B_h` of a point anywhere.
+//! The radiosity of a point by one exact gather: `E + rho G B_h`, and the irradiance `G B_h` of a point anywhere, with estimates of their
+//! errors.
 //!
 //! The gather runs over the links of the leaf that the point is on, with closed forms at the point itself. Its error is the
 //! reflectance times what reaches the point of the error of `B_h`, an average, and so is smaller than that of `B_h`. [`crate::solve::second`]
-//! finds a part of that error with its sign: an answer at a point adds this part, and its bound grows by the part's size.
+//! finds a part of that error with its sign: an answer at a point adds this part.
 //!
 //! A point that is on no face is linked by itself, as finely as receivers are ([`crate::links::refine`]).
 
@@ -30,7 +30,7 @@ const REACH: f64 = 1e-6;
 /// Points at another face are taken to be in front of it by so much of their leaf's radius: in its plane they would see nothing of it.
 const IN_FRONT: f64 = 1e-8;
 
-/// Irradiance and bound at a point, in each channel: what it receives of all that it sees above its horizon. Irradiance has the unit of
+/// Irradiance at a point and the estimate of its error, in each channel: what it receives of all that it sees above its horizon. Irradiance has the unit of
 /// radiosity, pi times that of the scene's radiances; a white surface there would have it for its radiosity.
 ///
 /// ```
@@ -43,20 +43,18 @@ const IN_FRONT: f64 = 1e-8;
 /// let solution = solve(&scene, &options, |_| true)?;
 /// let (low, high) = scene.bounds().ok_or("no faces")?;
 /// let sensor = solution.irradiance_at(0.5 * (low + high), DVec3::Y)?;
-/// assert!(sensor.irradiance[0] >= 0.0 && sensor.ledger[0].total() >= 0.0);
+/// assert!(sensor.irradiance[0] >= 0.0 && sensor.estimate[0].total() >= 0.0);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Irradiance {
     /// Irradiance.
     pub irradiance: Vec<f64>,
-    /// Proven bound on its error, by its sources.
-    pub ledger: Vec<Ledger>,
-    /// Estimate of the same, at most the bound.
+    /// Estimate of its error, by its sources.
     pub estimate: Vec<Ledger>,
 }
 
-/// Radiosity and bound at a point of a face.
+/// Radiosity at a point of a face and the estimate of its error.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Gathered {
     /// Face that the point is on.
@@ -65,9 +63,7 @@ pub struct Gathered {
     pub leaf: usize,
     /// Radiosity in each channel.
     pub radiosity: Vec<f64>,
-    /// Proven bound on the error of the radiosity, by its sources, in each channel.
-    pub ledger: Vec<Ledger>,
-    /// Estimate of the same.
+    /// Estimate of the error of the radiosity, by its sources, in each channel.
     pub estimate: Vec<Ledger>,
     /// Irradiance in each channel, of which the face reflects its part.
     pub irradiance: Irradiance,
@@ -89,8 +85,7 @@ struct Gathers {
 /// The irradiance of a point in each channel, what evaluations and links leave of it, and what it is made of.
 pub(super) struct Sum {
     pub(super) sums: Vec<f64>,
-    /// Bound and estimate.
-    ledgers: [Vec<Ledger>; 2],
+    off: Vec<Ledger>,
     pub(super) rows: Vec<(usize, Row)>,
     /// Sights of the sources of rows.
     sights: Vec<Sight>,
@@ -157,7 +152,7 @@ impl Solution {
     /// // On the work plane, 0.85 m above the floor: pi times the form factor of a square from below its middle at half its side.
     /// let sensor = solution.irradiance_at(DVec3::new(0.0, 0.0, 0.85), DVec3::Z)?;
     /// let exact = 4.0 * 0.5_f64.sqrt() * 0.5_f64.sqrt().atan();
-    /// assert!((sensor.irradiance[0] - exact).abs() <= sensor.ledger[0].total() && sensor.ledger[0].total() < 1e-6);
+    /// assert!((sensor.irradiance[0] - exact).abs() <= sensor.estimate[0].total() && sensor.estimate[0].total() < 1e-6);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     ///
@@ -175,7 +170,7 @@ impl Solution {
     }
 
     fn irradiance_in_space(&self, station: &Station) -> Result<Irradiance, Error> {
-        Ok(self.bounded_sum(station, &self.sum_in_space(station)?, None))
+        Ok(self.estimated_sum(station, &self.sum_in_space(station)?, None))
     }
 
     /// What a point of a leaf gathers.
@@ -223,28 +218,25 @@ impl Solution {
         let (station, gathers) = self.gathers_on(leaf, point)?;
         let lacking = self.lacking_beside_edge(leaf, point)?;
         let sum = self.sum(&station, gathers, &self.far[self.receiver_of(leaf)]);
-        let mut irradiance = self.bounded_sum(&station, &sum, lacking.as_ref().map(|of| of.other.face));
+        let mut irradiance = self.estimated_sum(&station, &sum, lacking.as_ref().map(|of| of.other.face));
         if let Some(lacking) = lacking {
             irradiance.correct(&lacking.irradiance);
         }
         let [rho, emitted] = self.surfaces.at(face, point);
-        let reflected = |of: &[Ledger]| of.iter().zip(&rho).map(|(ledger, rho)| *ledger * *rho).collect::<Vec<Ledger>>();
-        let with_rounding = |mut of: Vec<Ledger>| {
-            let sum = |c: usize| rho[c] * irradiance.irradiance[c].abs() + emitted[c];
-            of.iter_mut().enumerate().for_each(|(c, ledger)| ledger.computation += 4.0 * f64::EPSILON * sum(c));
-            of
+        let estimate = |c: usize| {
+            let rounding = 4.0 * f64::EPSILON * (rho[c] * irradiance.irradiance[c].abs() + emitted[c]);
+            irradiance.estimate[c] * rho[c] + Ledger { computation: rounding, ..Ledger::default() }
         };
         Ok(Gathered {
             face,
             leaf,
             radiosity: (0..channels).map(|c| emitted[c] + rho[c] * irradiance.irradiance[c]).collect(),
-            ledger: with_rounding(reflected(&irradiance.ledger)),
-            estimate: with_rounding(reflected(&irradiance.estimate)),
+            estimate: (0..channels).map(estimate).collect(),
             irradiance,
         })
     }
 
-    /// Radiosity at a point of a leaf by one exact gather of the polynomials, neither bounded nor corrected as [`Self::gather_on`] is.
+    /// Radiosity at a point of a leaf by one exact gather of the polynomials, not corrected as [`Self::gather_on`] is.
     /// [`Self::gradient_at`] is its gradient, and [`Self::reconstruct`] has its values at the leaves' corners.
     ///
     /// # Errors
@@ -274,18 +266,14 @@ impl Solution {
     /// The sum of what a point gathers, and what evaluations and links leave of it.
     fn sum(&self, station: &Station, Gathers { lit, all }: Gathers, far: &Far) -> Sum {
         let channels = self.channels.len();
-        let (mut sums, mut ledgers) =
-            (vec![0.0; channels], [vec![Ledger::default(); channels], vec![Ledger::default(); channels]]);
-        // The bound adds up; the estimate does by squares.
+        let (mut sums, mut off) = (vec![0.0; channels], vec![Ledger::default(); channels]);
+        // Of one sign as often as of the other: they add up by squares.
         let square = |x: f64| x * x;
         if let Some(lit) = lit {
             for (sum, light) in sums.iter_mut().zip(&lit.irradiance) {
                 *sum += light;
             }
-            for (sum, &[clear, past]) in ledgers[0].iter_mut().zip(&lit.error) {
-                *sum += Ledger { computation: clear, visibility: past, ..Ledger::default() };
-            }
-            for (sum, &[clear, past]) in ledgers[1].iter_mut().zip(&lit.likely) {
+            for (sum, &[clear, past]) in off.iter_mut().zip(&lit.likely) {
                 *sum += Ledger { computation: square(clear), visibility: square(past), ..Ledger::default() };
             }
         }
@@ -296,14 +284,8 @@ impl Solution {
             for channel in 0..channels {
                 let coefficients = self.field.of(source, channel, count);
                 sums[channel] += coefficients.iter().zip(&row.values).map(|(c, v)| c * v).sum::<f64>();
-                let neglected = self.field.neglected(&self.mesh, source, channel, &row);
-                let [bound, likely] = [row.error_of(coefficients), row.likely_error_of(coefficients)];
-                let sizes = [[neglected, bound], [0.0, square(likely)]];
-                for (ledger, [neglected, size]) in ledgers.iter_mut().zip(sizes) {
-                    let sum = &mut ledger[channel];
-                    sum.computation += neglected;
-                    if is_past { sum.visibility += size } else { sum.computation += size }
-                }
+                let (size, sum) = (square(row.likely_error_of(coefficients)), &mut off[channel]);
+                if is_past { sum.visibility += size } else { sum.computation += size }
             }
             rows.push((source, row));
             sights.push(sight);
@@ -311,11 +293,10 @@ impl Solution {
         let far = far.of_point(&self.optics(), station, &rows);
         for channel in 0..channels {
             sums[channel] += far.value(&self.field, channel, 0);
-            ledgers[0][channel].computation += far.neglected(&self.field, channel, 0);
-            ledgers[1][channel].computation += square(far.likely(&self.field, channel, 0));
-            ledgers[1][channel] = ledgers[1][channel].map(f64::sqrt);
+            off[channel].computation += square(far.likely(&self.field, channel, 0));
+            off[channel] = off[channel].map(f64::sqrt);
         }
-        Sum { sums, ledgers, rows, sights, far }
+        Sum { sums, off, rows, sights, far }
     }
 
     /// The irradiance of a point of a leaf with the part of its error whose sign is known.
@@ -326,18 +307,12 @@ impl Solution {
         Ok(sums.iter().zip(known.unwrap_or_else(|| vec![0.0; sums.len()])).map(|(sum, known)| sum + known).collect())
     }
 
-    /// The sum with its bound and its estimate; what touches the point of a face that it is `beside` is no part of this.
-    fn bounded_sum(
-        &self,
-        station: &Station,
-        Sum { sums, ledgers, rows, sights, far }: &Sum,
-        beside: Option<usize>,
-    ) -> Irradiance {
+    /// The sum with its estimate; what touches the point of a face that it is `beside` is no part of this.
+    fn estimated_sum(&self, station: &Station, Sum { sums, off, rows, sights, far }: &Sum, beside: Option<usize>) -> Irradiance {
         let channels = self.channels.len();
-        let whole = vec![1.0; channels];
         // Where no error is known with its sign, what its magnitude may be is an estimate, too.
         let without_sign = || {
-            let mut beyond = self.points().at(self.bounded(), &self.bounds, station, (rows, far), &whole);
+            let mut beyond = self.points().at(self.bounded(), &self.bounds, station, (rows, far), &vec![1.0; channels]);
             for (channel, sum) in beyond.iter_mut().enumerate() {
                 let neglected = |(source, row): &(usize, Row)| self.field.neglected(&self.mesh, *source, channel, row);
                 sum.computation += rows.iter().map(neglected).sum::<f64>();
@@ -347,34 +322,19 @@ impl Solution {
         let without_sign = || KnownError { known: vec![0.0; channels], left: without_sign() };
         let KnownError { known, left: estimated } =
             self.error_at(station, terms(rows, sights), far, beside).unwrap_or_else(without_sign);
-        let proven = match self.proven() {
-            Some(proven) => proven.at(&self.mesh, rows, far, &whole),
-            None => vec![Ledger::unknown(); channels],
-        };
-        let with = |beyond: &[Ledger], ledger: &[Ledger]| -> Vec<Ledger> {
-            let rounding = |c: usize| 2.0 * f64::EPSILON * (rows.len() + 2) as f64 * (sums[c].abs() + known[c].abs());
-            let of = |c: usize| beyond[c] + ledger[c] + Ledger { computation: rounding(c), ..Ledger::default() };
-            (0..channels).map(of).collect()
-        };
-        let (mut ledger, mut estimate) = (with(&proven, &ledgers[0]), with(&estimated, &ledgers[1]));
-        ledger.iter_mut().zip(&known).for_each(|(ledger, known)| ledger.discretisation += known.abs());
-        for (estimate, bound) in estimate.iter_mut().zip(&ledger).filter(|(estimate, bound)| estimate.total() > bound.total()) {
-            *estimate = *bound;
-        }
-        Irradiance { irradiance: sums.iter().zip(&known).map(|(sum, known)| sum + known).collect(), ledger, estimate }
+        let rounding = |c: usize| 2.0 * f64::EPSILON * (rows.len() + 2) as f64 * (sums[c].abs() + known[c].abs());
+        let of = |c: usize| estimated[c] + off[c] + Ledger { computation: rounding(c), ..Ledger::default() };
+        let estimate = (0..channels).map(of).collect();
+        Irradiance { irradiance: sums.iter().zip(&known).map(|(sum, known)| sum + known).collect(), estimate }
     }
 }
 
 impl Irradiance {
-    /// Adds a correction in each channel, given with an estimate of its error. The bound grows by the size of the correction.
+    /// Adds a correction in each channel, given with an estimate of its error.
     fn correct(&mut self, lacking: &[[f64; 2]]) {
         for (channel, &[lacking, off]) in lacking.iter().enumerate() {
             self.irradiance[channel] += lacking;
-            self.ledger[channel].discretisation += lacking.abs();
             self.estimate[channel].discretisation += off;
-            if self.estimate[channel].total() > self.ledger[channel].total() {
-                self.estimate[channel] = self.ledger[channel];
-            }
         }
     }
 }

@@ -3,7 +3,6 @@
 use radgrad_scene::{largest, smallest};
 use rayon::prelude::*;
 
-use crate::bound::proven::unseen;
 use crate::bound::residual::{Residual, Residuals};
 use crate::field::gathering::irradiance;
 use crate::mesh::Sight;
@@ -46,7 +45,7 @@ impl Solution {
         let of = |channel: usize| {
             let emitted = |root: usize| self.surfaces.emitted[self.mesh.elements()[root].face()][channel];
             let sources = lamps.iter().map(|&(root, faces)| (root, faces, emitted(root)));
-            unseen(&self.ground, self.optics(), leaf, sources)
+            self.outlined().unseen(leaf, sources)
         };
         (!lamps.is_empty()).then(|| (0..self.channels.len()).map(of).collect())
     }
@@ -100,7 +99,7 @@ impl Solution {
                     + self.field.left_out(source, channel)
             };
             let sources = past.map(|link| (link.source, link.sight.faces(), size(link.source)));
-            let unseen = unseen(&self.ground, self.optics(), receiver, sources);
+            let unseen = self.outlined().unseen(receiver, sources);
             residual = residual.with_unseen(element, basis.nodes().len(), unseen.map(|light| rho * light));
         }
         for (node, sample) in samples.iter().enumerate() {

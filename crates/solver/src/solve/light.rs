@@ -1,6 +1,5 @@
 //! Direct light of a round: projected on new leaves, which are divided until little is left out.
 
-use crate::bound::proven::Aim;
 use crate::clock::Clock;
 use crate::error::Error;
 use crate::links::linking::Linking;
@@ -12,9 +11,6 @@ use radgrad_scene::largest;
 /// The part of the error asked for that direct light may leave out in the mean.
 const DIRECT_PART: f64 = 0.15;
 
-/// The part of the bound asked for that direct light may be proven to leave out in the mean: it is reflected again.
-const PROVEN_PART: f64 = 0.1;
-
 impl Solution {
     /// Projects direct light on new leaves, and divides leaves until what that leaves out is small, or there is no time.
     pub(super) fn light(&mut self, aim: f64, options: &Options, clock: Clock) -> Result<(), Error> {
@@ -24,15 +20,11 @@ impl Solution {
             if self.direct.is_empty() || !apart || self.is_full(options) || clock.is_over() {
                 return Ok(());
             }
-            let marked = self.marked_by_direct(options);
+            let marked = self.marked_by_direct();
             let left: f64 = marked.iter().map(|m| m.0).sum();
             self.left_by_direct = left / DIRECT_PART;
             // A NaN is refused after the round.
-            let most = match options.bound {
-                _ if self.may_be_missed() => 0.0,
-                Some(bound) => PROVEN_PART * bound,
-                None => DIRECT_PART * aim,
-            };
+            let most = if self.may_be_missed() { 0.0 } else { DIRECT_PART * aim };
             if left <= most || left.is_nan() {
                 return Ok(());
             }
@@ -76,8 +68,8 @@ impl Solution {
         Ok(())
     }
 
-    /// What direct light leaves out on each leaf, as a part of the mean: proven where a bound is asked for.
-    fn marked_by_direct(&mut self, options: &Options) -> Vec<(f64, usize)> {
+    /// What direct light leaves out on each leaf, as a part of the mean.
+    fn marked_by_direct(&self) -> Vec<(f64, usize)> {
         let leaves: Vec<usize> = self.mesh.leaves().collect();
         let area: f64 = leaves.iter().map(|&leaf| self.mesh.elements()[leaf].area()).sum();
         // Relative to what light there is so far, or to all that lamps send if no sample has seen any.
@@ -86,16 +78,9 @@ impl Solution {
             mean => mean,
         };
         let mean: Vec<f64> = (0..self.channels.len()).map(mean).collect();
-        if let Some(bound) = options.bound {
-            self.ground.aim_at(&mean, Aim::Bound { is_rough: true, part: bound });
-            self.prove_direct();
-        }
         let indicator = |leaf: usize| {
             let of = |channel: usize| {
-                let left = match &self.proven_direct.get(leaf) {
-                    Some(Some(proven)) if options.bound.is_some() => proven[channel].mean.total(),
-                    _ => largest(self.counts(leaf, &self.left_on_leaf(leaf, channel)) - self.noise_on(leaf, channel), 0.0),
-                };
+                let left = largest(self.counts(leaf, &self.left_on_leaf(leaf, channel)) - self.noise_on(leaf, channel), 0.0);
                 match self.served.is_known() {
                     true => self.counts_for_points(leaf, channel, left),
                     false => self.mesh.elements()[leaf].area() / area * ratio(left, mean[channel]),

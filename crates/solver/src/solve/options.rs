@@ -45,9 +45,6 @@ pub struct Options {
     /// Estimate of the error of the mean radiosity over all area, over what [`Self::relative_to`] says, at most, in every channel. Where
     /// points are served it is the mean magnitude of the error at them, and with [`Marking::Gradient`] that of gathers all over.
     pub error: f64,
-    /// Proven bound on the error of the mean radiosity over all area, over the same, at most, in every channel: in the place of the
-    /// estimate.
-    pub bound: Option<f64>,
     /// The reference of errors.
     pub relative_to: RelativeTo,
     /// Degree of the basis, 0 to 4. If none is given 2; 1 from a thousand faces on; 4 where elements are few and of faces that are apart, by up to
@@ -55,17 +52,16 @@ pub struct Options {
     pub degree: Option<usize>,
     /// All faces are divided alike until there are this many elements; then the first round begins.
     pub first_elements: usize,
-    /// Elements, divided ones too, beyond which nothing is divided any more: the bound then says what was reached. Where faces are cut
+    /// Elements, divided ones too, beyond which nothing is divided any more: the estimate then says what was reached. Where faces are cut
     /// into a thousand or more, these do not count.
     pub most_elements: usize,
     /// Divide everything rather than what pays.
     pub uniform: bool,
     /// Time in which to be done: no round is begun that, by the time of those before, would end later, light is divided and links are
-    /// refined no more when it is over, in the first round early, and, where faces are in clusters, no bound is proven
-    /// that takes longer. What must be done once is; from a second after the time on, form factors err by up to 1e-5, and bounds
-    /// include that.
+    /// refined no more when it is over, in the first round early. What must be done once is; from a second after the time on, form factors
+    /// err by up to 1e-5, and estimates include that.
     pub time: Option<Duration>,
-    /// Divide the elements that add most to the bound, or those whose polynomials are off most.
+    /// Divide the elements that add most to the estimate, or those whose polynomials are off most.
     pub marking: Marking,
     /// How finely elements are linked. With thresholds there is one round, in which nothing is divided for the error asked for: set
     /// `first_elements` to 1 for a mesh that follows from them alone.
@@ -78,7 +74,6 @@ impl Default for Options {
     fn default() -> Self {
         Self {
             error: 0.001,
-            bound: None,
             relative_to: RelativeTo::Reflected,
             degree: None,
             first_elements: 32,
@@ -174,9 +169,6 @@ pub struct Progress {
     pub links: usize,
     /// Gathers of receivers so far.
     pub gathers: usize,
-    /// Proven bound on the error of the mean, relative as [`Options::relative_to`] says, the largest of the channels: known after the
-    /// last round, and after every round if [`Options::bound`] asks for it; infinite until then.
-    pub bound: f64,
-    /// Estimate of what [`Options::error`] is for, relative as that is.
+    /// Estimate of what [`Options::error`] is for, relative as [`Options::relative_to`] says, the largest of the channels.
     pub estimate: f64,
 }

@@ -1,4 +1,4 @@
-//! Queries to a solution: its mesh, its polynomials and their bounds.
+//! Queries to a solution: its mesh, its polynomials and estimates of their errors.
 
 use radgrad_core::DVec3;
 use radgrad_scene::{Placement, Warning};
@@ -59,16 +59,6 @@ impl Solution {
         &self.placement
     }
 
-    /// Proven bound on the error of [`Self::mean`], in each channel. Errors of both signs cancel in it: the mean magnitude of the error of the
-    /// polynomials may be larger, and [`Self::bound_on`] bounds that. It leaves out the rounding of the sum over faces that makes the mean.
-    #[must_use]
-    pub fn mean_bound(&self) -> Vec<Ledger> {
-        match self.proven() {
-            Some(proven) => proven.mean.clone(),
-            None => vec![Ledger::unknown(); self.channels.len()],
-        }
-    }
-
     /// Estimate of the error of [`Self::mean`], in each channel: what a gather of the importance finds with its sign and what that may be
     /// off by, as a root mean square.
     #[must_use]
@@ -83,19 +73,8 @@ impl Solution {
         self.estimated.get_or_init(|| self.estimate_mean().ok().flatten().unwrap_or_else(without_sign))
     }
 
-    /// Proven bound on the error of the polynomial on a leaf, at every point of it, in each channel; the detail of textures, which no
-    /// polynomial has, is in it.
-    #[must_use]
-    pub fn bound_on(&self, leaf: usize) -> Vec<Ledger> {
-        let receiver = self.receiver_of(leaf);
-        let of = |c: usize| match self.proven() {
-            Some(proven) => proven.on(leaf, receiver, c),
-            None => Ledger::unknown(),
-        };
-        (0..self.channels.len()).map(of).collect()
-    }
-
-    /// Estimate of the same.
+    /// Estimate of the error of the polynomial on a leaf, the most at any point of it, in each channel; it holds for [`Self::value_on`] and for
+    /// [`Self::textured_on`], as the detail of textures, which no polynomial has, is in it.
     #[must_use]
     pub fn estimate_on(&self, leaf: usize) -> Vec<Ledger> {
         let receiver = self.receiver_of(leaf);
@@ -120,12 +99,6 @@ impl Solution {
         let mut coefficients = self.field.of(leaf, channel, self.mesh.basis(leaf).len()).to_vec();
         coefficients[0] += self.lamp_on(self.mesh.elements()[leaf].face(), channel);
         coefficients
-    }
-
-    /// Whether the proven bounds are there: the last step of solving makes them, if there is time, and who asks before it waits for them.
-    #[must_use]
-    pub fn is_proven(&self) -> bool {
-        matches!(self.proven.get(), Some(Some(_)))
     }
 
     /// Irradiance on a leaf as a polynomial, in a channel: its coefficients in the leaf's basis.
@@ -160,12 +133,6 @@ impl Solution {
         let [rho, emitted] = self.surfaces.at(element.face(), element.point(reference));
         let received: f64 = irradiance.iter().zip(basis.values(reference)).map(|(c, v)| c * v).sum();
         emitted[channel] + rho[channel] * received
-    }
-
-    /// Bound on the error of [`Self::textured_on`], at every point of a leaf, in each channel: that of [`Self::bound_on`], which holds for both.
-    #[must_use]
-    pub fn textured_bound_on(&self, leaf: usize) -> Vec<Ledger> {
-        self.bound_on(leaf)
     }
 
     /// Gradient of the polynomial on a leaf over the leaf's plane, in a channel; in the unit of length of [`Self::placement`].

@@ -44,7 +44,6 @@ pub(super) fn mesh(ready: &Prepared, options: &Options, degree: usize) -> Result
     let time = options.time.map(|time| time.mul_f64(PART_OF_TIME));
     let rough = Options {
         error: ERROR,
-        bound: None,
         time,
         uniform: true,
         marking: Marking::Residual,

@@ -8,8 +8,8 @@ use rayon::prelude::*;
 use crate::bound::Bounds;
 use crate::bound::ledger::Ledger;
 use crate::bound::point::Points;
-use crate::bound::proven::{Ground, Proven, Rest};
 use crate::bound::scene::Scene;
+use crate::bound::unseen::{Edges, Outlined};
 use crate::clock::Clock;
 use crate::error::Error;
 use crate::field::Field;
@@ -22,11 +22,11 @@ use crate::mesh::Mesh;
 use crate::mesh::surfaces::Surfaces;
 use crate::solve::detail::Detail;
 use crate::solve::kept::Kept;
-use crate::solve::options::{Progress, RelativeTo};
+use crate::solve::options::{Options, Progress, RelativeTo};
 use crate::solve::samples::Samples;
 use crate::solve::served::Served;
 
-/// A piecewise polynomial radiosity with a bound on its error.
+/// A piecewise polynomial radiosity with an estimate of its error.
 ///
 /// ```
 /// use radgrad_solver::{Options, solve};
@@ -35,10 +35,10 @@ use crate::solve::served::Served;
 /// # let scene = Scene::read(file, Degenerate::Refuse)?;
 /// let options = Options { error: 0.5, degree: Some(1), first_elements: 1, ..Options::default() };
 /// let solution = solve(&scene, &options, |_| true)?;
-/// for ((mean, bound), estimate) in solution.mean().iter().zip(solution.mean_bound()).zip(solution.mean_estimate()) {
-///     println!("{mean:.3}, estimated to {:.3}, proven to {:.3}", estimate.total(), bound.total());
+/// for (mean, estimate) in solution.mean().iter().zip(solution.mean_estimate()) {
+///     println!("{mean:.3} within about {:.3}", estimate.total());
 /// }
-/// assert!(solution.mean()[0] > 0.0 && solution.is_proven());
+/// assert!(solution.mean()[0] > 0.0 && solution.progress().estimate <= options.error);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug)]
@@ -64,10 +64,8 @@ pub struct Solution {
     pub(crate) bounds: Bounds,
     /// Estimate of the error of the mean, in each channel, made when it is first asked for.
     pub(super) estimated: OnceLock<Vec<MeanError>>,
-    /// Geometry for the proof of the bound.
-    pub(super) ground: Ground,
-    /// The proven bounds, made when they are first asked for; `None` if there is no bound.
-    pub(super) proven: OnceLock<Option<Proven>>,
+    /// The lines of faces, across which light may be hidden.
+    pub(super) edges: Edges,
     /// The detail beyond the polynomials, made when it is first asked for.
     pub(super) details: OnceLock<Vec<Vec<Detail>>>,
     /// The importance of the mean, found when it is first asked for; `None` if there is none.
@@ -80,8 +78,6 @@ pub struct Solution {
     pub(super) unseen: Vec<Option<Vec<[f64; 2]>>>,
     /// The aim of [`Solution::light`] that direct light reached: what it leaves out in the mean, over the part of the aim that it may.
     pub(super) left_by_direct: f64,
-    /// Of each leaf, the proven bound on the residual of direct light.
-    pub(super) proven_direct: Vec<Option<Vec<Rest>>>,
     pub(crate) channels: Vec<String>,
     pub(crate) extent: f64,
     /// Error that the evaluation of a function may have; past what may hide a part, and that once there is no more time.
@@ -120,6 +116,11 @@ impl Solution {
         self.bounds.points(self.bounded())
     }
 
+    /// The lines of faces on the mesh.
+    pub(super) const fn outlined(&self) -> Outlined<'_> {
+        Outlined { mesh: &self.mesh, edges: &self.edges }
+    }
+
     pub(crate) fn optics(&self) -> Optics<'_> {
         let past = self.past[usize::from(self.precise.is_over())];
         Optics {
@@ -145,6 +146,14 @@ impl Solution {
     /// Errors in each channel over the mean that they are relative to, the largest.
     pub(super) fn relative(&self, errors: &[Ledger]) -> f64 {
         errors.iter().zip(self.reference()).map(|(error, reference)| ratio(error.total(), reference)).fold(0.0, largest)
+    }
+
+    /// Whether what was asked for is reached.
+    pub(super) fn reached(&self, options: &Options) -> bool {
+        // Where light may be reflected and none was found, nothing is known relative to it.
+        let is_found = |(reflected, estimate): (&f64, &Ledger)| *reflected > 0.0 || estimate.total() == 0.0;
+        let found = options.relative_to == RelativeTo::All || self.reflected.iter().zip(&self.bounds.mean).all(is_found);
+        found && self.progress.estimate <= options.error
     }
 
     /// Whether an element gathers reflected light, though it may see nothing.

@@ -4,6 +4,6 @@ mod clusters;
 mod edges;
 mod gradients;
 mod links;
-mod proven;
 mod space;
+mod unseen;
 mod white;

@@ -1,4 +1,4 @@
-//! Bounds cover errors: in rooms of random shape with a block in them whose radiosity is known, and in the Cornell box against
+//! Estimates cover errors: in rooms of random shape with a block in them whose radiosity is known, and in the Cornell box against
 //! values of a far finer solution.
 
 use std::f64::consts::PI;
@@ -62,7 +62,7 @@ fn point_on(polygon: &Polygon, random: &mut Random) -> DVec3 {
 }
 
 #[test]
-fn in_rooms_of_random_shape_that_glow_evenly_every_bound_holds_and_nothing_is_off() {
+fn in_rooms_of_random_shape_that_glow_evenly_nothing_is_off_by_more_than_is_estimated() {
     // With E = 1 - rho in a closed room with a block that hangs in it, B = 1.
     let mut random = Random(3);
     for _ in 0..3 {
@@ -72,7 +72,7 @@ fn in_rooms_of_random_shape_that_glow_evenly_every_bound_holds_and_nothing_is_of
         for polygon in &polygons {
             let gathered = solution.gather(point_on(polygon, &mut random), polygon.normal()).unwrap();
             let off = (gathered.radiosity[0] - 1.0).abs();
-            assert!(off <= gathered.ledger[0].total() && off < 1e-9, "{off:e} {:?}", gathered.ledger[0]);
+            assert!(off <= 2.0 * gathered.estimate[0].total() && off < 1e-9, "{off:e} {:?}", gathered.estimate[0]);
         }
     }
 }
@@ -103,7 +103,7 @@ fn hanging_boxes(random: &mut Random, rows: [usize; 2]) -> (Scene, Vec<Polygon>)
 }
 
 #[test]
-fn among_many_boxes_that_glow_evenly_bounds_cover_what_is_neglected_of_clusters_of_far_faces() {
+fn among_many_boxes_that_glow_evenly_estimates_cover_what_is_neglected_of_clusters_of_far_faces() {
     let mut random = Random(11);
     let (scene, polygons) = hanging_boxes(&mut random, [12, 14]);
     let mut links = Vec::new();
@@ -111,20 +111,19 @@ fn among_many_boxes_that_glow_evenly_bounds_cover_what_is_neglected_of_clusters_
         let options = Options { error, degree: Some(0), first_elements: 1, most_elements: 0, ..Options::default() };
         let solution = solve(&scene, &options, |_| true).unwrap();
         links.push(solution.progress().links);
-        let (mut off, mut bound) = (0.0, 0.0);
+        let (mut off, mut estimate, mut beyond) = (0.0, 0.0, 0);
         let some: Vec<&Polygon> = polygons.iter().step_by(7).collect();
         for &polygon in &some {
             let gathered = solution.gather(point_on(polygon, &mut random), polygon.normal()).unwrap();
-            let (here, most) = ((gathered.radiosity[0] - 1.0).abs(), gathered.ledger[0].total());
-            assert!(here <= most, "{here:e} {:?}", gathered.ledger[0]);
-            (off, bound) = (off + here / some.len() as f64, bound + most / some.len() as f64);
+            let (here, likely) = ((gathered.radiosity[0] - 1.0).abs(), gathered.estimate[0].total());
+            beyond += usize::from(here > 2.0 * likely);
+            (off, estimate) = (off + here / some.len() as f64, estimate + likely / some.len() as f64);
         }
         println!(
-            "{error}: {} links, {off:.1e} off, {bound:.1e} at points, {:.1e}",
-            links[links.len() - 1],
-            solution.progress().bound
+            "{error}: {} links, {off:.1e} off, {estimate:.1e} estimated, {beyond} beyond twice that",
+            links[links.len() - 1]
         );
-        assert!(off <= solution.mean_bound()[0].total(), "{off:e}");
+        assert!(off <= estimate && 20 * beyond <= some.len(), "{off:e} {estimate:e} {beyond}");
     }
     // Clusters are in force.
     assert!(links[0] <= links[1] && 4 * links[1] < polygons.len() * polygons.len(), "{links:?}");
@@ -135,7 +134,7 @@ fn cornell() -> Scene {
     Scene::read(file, Degenerate::Refuse).unwrap()
 }
 
-/// Position, normal, radiosities and their bounds, as `data/reference/cornell_radiosity.jsonl` has them.
+/// Position, normal, radiosities and bounds on their errors, as `data/reference/cornell_radiosity.jsonl` has them.
 fn references() -> Vec<[f64; 12]> {
     let text = include_str!("../../../../data/reference/cornell_radiosity.jsonl");
     let numbers = |line: &str| {
@@ -146,36 +145,37 @@ fn references() -> Vec<[f64; 12]> {
     text.lines().map(numbers).collect()
 }
 
-/// Mean error and mean bound at the points of reference, over the mean radiosity that is reflected, the worst of the channels.
+/// Mean error and mean estimate at the points of reference, over the mean radiosity that is reflected, the worst of the channels.
 fn compared(solution: &Solution) -> [f64; 2] {
-    let (mut errors, mut bounds) = ([0.0; 3], [0.0; 3]);
+    let (mut errors, mut estimates, mut beyond) = ([0.0; 3], [0.0; 3], 0);
     let references = references();
     for r in &references {
         let gathered = solution.gather([r[0], r[1], r[2]].into(), [r[3], r[4], r[5]].into()).unwrap();
         for channel in 0..3 {
             let off = (gathered.radiosity[channel] - r[6 + channel]).abs();
-            let bound = gathered.ledger[channel].total();
-            assert!(off <= bound + r[9 + channel], "{r:?}: {off:e} above {bound:e}");
+            let estimate = gathered.estimate[channel].total();
+            beyond += usize::from(off > 2.0 * estimate + r[9 + channel]);
             errors[channel] += off;
-            bounds[channel] += bound;
+            estimates[channel] += estimate;
         }
     }
+    assert!(20 * beyond <= 3 * references.len(), "{beyond} of {} are off by more than twice the estimate", 3 * references.len());
     let worst = |sums: [f64; 3]| {
         let of = |channel: usize| sums[channel] / references.len() as f64 / solution.reflected()[channel];
         largest(largest(of(0), of(1)), of(2))
     };
-    [worst(errors), worst(bounds)]
+    [worst(errors), worst(estimates)]
 }
 
 #[test]
-fn solutions_of_the_cornell_box_are_within_their_bounds_of_a_far_finer_one() {
+fn solutions_of_the_cornell_box_are_within_their_estimates_of_a_far_finer_one() {
     for (degree, error) in [(1, 0.1), (2, 0.02)] {
         // The estimate is that of the mean error of gathers.
         let options = Options { error, degree: Some(degree), marking: Marking::Gradient, ..Options::default() };
         let solution = solve(&cornell(), &options, |_| true).unwrap();
-        let [off, bound] = compared(&solution);
+        let [off, estimate] = compared(&solution);
         let stated = solution.progress().estimate;
-        println!("degree {degree}: {off:.1e} off, {stated:.1e} stated in the mean, {bound:.1e} at points");
+        println!("degree {degree}: {off:.1e} off, {stated:.1e} stated in the mean, {estimate:.1e} at points");
         assert!(stated <= error && off <= stated && off > 1e-7, "{off:e} {stated:e}");
     }
 }

@@ -64,7 +64,7 @@ fn errors_at_gap_1_are_below_those_that_zatz_has() {
         for at in [[0.1, 0.2], [0.5, 0.5], [0.97, 0.4]] {
             let exact = solution.gather_on(0, DVec3::new(at[0], at[1], 0.0)).unwrap().radiosity[0];
             let off = (solution.value_on(0, 0, at) - exact).abs();
-            assert!(off <= solution.bound_on(0)[0].total(), "degree {degree} at {at:?}: {off:e}");
+            assert!(off <= solution.estimate_on(0)[0].total(), "degree {degree} at {at:?}: {off:e}");
         }
     }
 }

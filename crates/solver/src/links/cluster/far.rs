@@ -1,21 +1,16 @@
 //! The light that a receiver gathers from clusters that have no links.
 //!
-//! A cluster's light at a node is between `-min(k P-, F M)` and `min(k P+, F M)`: k and F bound kernel and form factor ([`View`]),
-//! M is the largest radiosity in the cluster, `P+` and `P-` are the powers of where it is positive and negative. With P the power,
-//! `P+ - P- = P`, and `P+ + P-` is at most the area times the root mean square.
+//! The light that reaches a node is estimated by rays from it ([`super::sampled`]): `w P`, linear in the radiosity, with P the power of
+//! the cluster. What that is off by is taken to be the deviation of the rays.
 //!
-//! All clusters together get no more of the hemisphere than the links leave: of `rest`, 1 less the sum of the links' form
-//! factors. The most that they may give then is found by filling it with the brightest first. This accounts for occlusion: where
-//! the links fill the view, clusters behind count for nothing.
-//!
-//! The light that reaches the node is estimated by rays from it ([`super::sampled`]): `w P`, linear in the radiosity. The
-//! distance to the farther end of the interval is a bound on the neglected light, the deviation of the rays an estimate.
+//! All clusters together get no more of the hemisphere than the links leave: of `rest`, 1 less the sum of the links' form factors. So
+//! where the links fill the view, clusters behind count for nothing.
 //!
 //! No cluster is in another, and no element that is linked in any.
 
 use crate::field::Field;
 use crate::links::cluster::cut;
-use crate::links::cluster::glow::{Glow, Pair};
+use crate::links::cluster::glow::Pair;
 use crate::links::cluster::sampled::{Draw, RAYS_OF_A_POINT, Rays, Seen};
 use crate::links::cluster::view::View;
 use crate::links::station::Station;
@@ -33,10 +28,8 @@ pub(crate) struct Far {
     clusters: Vec<usize>,
     /// Of each cluster from each node.
     seen: Vec<Seen>,
-    /// For each node, the part of the hemisphere that links leave.
+    /// For each node, an estimate of the part of the hemisphere that links leave.
     rest: Vec<f64>,
-    /// The same by estimates.
-    likely_rest: Vec<f64>,
     /// Rays from each node.
     rays: usize,
     /// For each cluster, the factor of its power for each function of the receiver's basis.
@@ -67,15 +60,13 @@ impl Far {
         nodes: usize,
         rows: impl Iterator<Item = &'a [Row]>,
     ) -> Self {
-        let (mut covered, mut likely) = (vec![0.0; nodes], vec![0.0; nodes]);
+        let mut covered = vec![0.0; nodes];
         if tree.are_apart() {
             for rows in rows {
-                cover(&mut covered, rows, 1.0);
-                likely.iter_mut().zip(rows).for_each(|(sum, row)| *sum += row.likely_factor());
+                covered.iter_mut().zip(rows).for_each(|(sum, row)| *sum += row.likely_factor());
             }
         }
-        let [rest, likely_rest] = [covered, likely].map(|of| of.into_iter().map(left).collect());
-        Self { clusters, seen, rest, likely_rest, ..Self::default() }
+        Self { clusters, seen, rest: covered.into_iter().map(left).collect(), ..Self::default() }
     }
 
     /// From one point.
@@ -125,30 +116,10 @@ impl Far {
         &self.seen[index * self.rest.len() + node]
     }
 
-    /// A node's view of a cluster.
-    pub(crate) fn view(&self, index: usize, node: usize) -> &View {
-        &self.seen(index, node).view
-    }
-
     /// Irradiance of a node.
     pub(crate) fn value(&self, field: &Field, channel: usize, node: usize) -> f64 {
         let of = |(index, &cluster): (usize, &usize)| self.seen(index, node).weight * field.glow(cluster, channel).power;
         self.clusters.iter().enumerate().map(of).sum()
-    }
-
-    /// Bound on the light that is neglected in that.
-    pub(crate) fn neglected(&self, field: &Field, channel: usize, node: usize) -> f64 {
-        if self.clusters.is_empty() {
-            return 0.0;
-        }
-        let mut seen: Vec<(&View, &Glow)> =
-            self.clusters.iter().enumerate().map(|(index, &at)| (self.view(index, node), field.glow(at, channel))).collect();
-        seen.sort_by(|a, b| b.1.largest.total_cmp(&a.1.largest));
-        let [high, low] = fill(self.rest[node], seen.into_iter());
-        let value = self.value(field, channel, node);
-        // The sums round.
-        let rounding = 4.0 * f64::EPSILON * self.clusters.len() as f64 * (high + low + value.abs());
-        largest(high - value, value + low) + rounding
     }
 
     /// Deviation of the irradiance of a node.
@@ -191,7 +162,7 @@ impl Far {
                 brightest = largest(brightest, of[cluster].largest);
             }
         }
-        if brightest == 0.0 { 0.0 } else { smallest(sum, self.likely_rest[node] * brightest) }
+        if brightest == 0.0 { 0.0 } else { smallest(sum, self.rest[node] * brightest) }
     }
 
     /// Adds that to the sums of each node.
@@ -218,21 +189,4 @@ pub(crate) fn cover(covered: &mut [f64], rows: &[Row], sign: f64) {
 /// The part of the hemisphere that is left.
 pub(crate) fn left(covered: f64) -> f64 {
     largest(1.0 - covered, 0.0) + MARGIN
-}
-
-/// The most light that clusters may add, and subtract where they are negative, the brightest first, if they get no more of the
-/// hemisphere than `rest`.
-pub(crate) fn fill<'a>(rest: f64, brightest_first: impl Iterator<Item = (&'a View, &'a Glow)>) -> [f64; 2] {
-    let (mut sums, mut rests) = ([0.0; 2], [rest; 2]);
-    for (view, glow) in brightest_first {
-        if glow.largest == 0.0 || (rests[0] == 0.0 && rests[1] == 0.0) {
-            break;
-        }
-        for (which, power) in [glow.positive, glow.negative].into_iter().enumerate() {
-            let part = smallest(view.at_most(power, glow.largest) / glow.largest, rests[which]);
-            sums[which] += part * glow.largest;
-            rests[which] -= part;
-        }
-    }
-    sums
 }

@@ -9,11 +9,6 @@ use radgrad_scene::largest;
 pub(crate) struct Glow {
     /// Integral of the radiosity over the area.
     pub(crate) power: f64,
-    /// Bounds on the power of where it is positive, and on the magnitude of the other.
-    pub(crate) positive: f64,
-    pub(crate) negative: f64,
-    /// Bound on its magnitude.
-    pub(crate) largest: f64,
     /// Area, and integral of the square.
     pub(crate) area: f64,
     pub(crate) square: f64,
@@ -29,14 +24,7 @@ impl Glow {
     }
 
     pub(crate) fn and(self, other: Self) -> Self {
-        Self {
-            power: self.power + other.power,
-            positive: self.positive + other.positive,
-            negative: self.negative + other.negative,
-            largest: largest(self.largest, other.largest),
-            ..Self::default()
-        }
-        .over(self.area + other.area, self.square + other.square)
+        Self { power: self.power + other.power, ..Self::default() }.over(self.area + other.area, self.square + other.square)
     }
 }
 

@@ -26,7 +26,7 @@ pub(crate) const RAYS_OF_A_POINT: usize = 512;
 /// Deviation of the visible kernel over a cluster, by its mean: 1 where half of the cluster is seen.
 const UNEVEN: f64 = 1.0;
 
-/// A point's view of a cluster: what is proven, and what is estimated.
+/// A point's view of a cluster: a bound by geometry, and what rays estimate.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Seen {
     pub(crate) view: View,

@@ -7,7 +7,6 @@ use radgrad_core::DVec3;
 
 use crate::links::station::Station;
 use crate::mesh::clusters::{Cluster, ROUNDED, highest, most_toward};
-use crate::mesh::element::{Element, around};
 use crate::mesh::screen::LEVEL;
 
 /// Bounds on a point's view of a cluster.
@@ -17,17 +16,6 @@ pub(crate) struct View {
     pub(crate) factor: f64,
     /// On the kernel.
     pub(crate) peak: f64,
-}
-
-impl View {
-    /// The most light from a power and a largest radiosity.
-    pub(crate) fn at_most(&self, power: f64, largest: f64) -> f64 {
-        if self.factor == 0.0 || largest == 0.0 {
-            return 0.0;
-        }
-        let by_peak = if self.peak.is_finite() { self.peak * power } else { f64::INFINITY };
-        smallest(by_peak, self.factor * largest)
-    }
 }
 
 impl Cluster {
@@ -66,24 +54,5 @@ impl Cluster {
         };
         let factor = smallest(smallest(side(0) + side(1) + side(2), peak * self.area()), 1.0);
         View { factor, peak }
-    }
-
-    /// A bound on the view from any place of an element.
-    pub(crate) fn view_over(&self, element: &Element) -> View {
-        let [from, to] = around(element.polygon().vertices());
-        let (low, high) = (self.low - to, self.high - from);
-        let level = LEVEL * (low.abs().max(high.abs()).length() + from.abs().max(to.abs()).max_element());
-        let centre = element.centre();
-        let over = highest(element.polygon().normal(), self.low - centre, self.high - centre) + level;
-        let toward = most_toward(self.normals, low, high) + level;
-        if over <= 0.0 || toward <= 0.0 {
-            return View::default();
-        }
-        let distance = (low.max(DVec3::ZERO) + high.min(DVec3::ZERO)).length() - level;
-        if distance <= 0.0 {
-            return View { factor: 1.0, peak: f64::INFINITY };
-        }
-        let peak = smallest(over / distance, 1.0) * smallest(toward / distance, 1.0) / (PI * distance * distance) * ROUNDED;
-        View { factor: smallest(peak * self.area(), 1.0), peak }
     }
 }

@@ -128,11 +128,12 @@ fn uneven(mesh: &Mesh) -> Field {
 }
 
 #[test]
-fn closed_clusters_are_within_their_bounds_and_mostly_within_twice_their_estimates() {
+fn closed_clusters_are_mostly_within_twice_their_estimates() {
     let (mesh, rules) = (city(5).clustered(), Rules::new());
     let optics = optics(&mesh, &rules);
     let field = uneven(&mesh);
     let (mut near, mut all, mut within, mut nodes_seen, mut squares) = (0, 0, 0, 0, [0.0, 0.0]);
+    let (mut points, mut within_at) = (0, 0);
     for allowed in [0.02, 0.1] {
         let (mut receivers, mut deviations) = (0, 0.0);
         for receiver in (0..mesh.elements().len()).step_by(5) {
@@ -157,9 +158,7 @@ fn closed_clusters_are_within_their_bounds_and_mostly_within_twice_their_estimat
                 (receivers, deviations) = (receivers + 1, deviations + likely * likely);
             }
             for (node, station) in Station::at_nodes(&mesh, receiver).iter().enumerate() {
-                let bound = far.neglected(&field, 0, node);
                 let (off, rounding) = ((rough[node] - exact_sums[node]).abs(), 1e-6);
-                assert!(off <= bound + rounding, "{receiver} {node}: {off} {bound}");
                 if !far.is_empty() {
                     let likely = far.likely(&field, 0, node);
                     (nodes_seen, within) = (nodes_seen + 1, within + usize::from(off <= 2.0 * likely + rounding));
@@ -170,7 +169,8 @@ fn closed_clusters_are_within_their_bounds_and_mostly_within_twice_their_estimat
                 let of_point = far.of_point(&optics, station, &at_node);
                 let linked: f64 = rough[node] - far.value(&field, 0, node);
                 let off = (linked + of_point.value(&field, 0, 0) - exact_sums[node]).abs();
-                assert!(off <= of_point.neglected(&field, 0, 0) + rounding, "{receiver} {node}: {off}");
+                let likely = of_point.likely(&field, 0, 0);
+                (points, within_at) = (points + 1, within_at + usize::from(off <= 2.0 * likely + rounding));
             }
         }
         // In the mean over the nodes; those rays that are gathered by are not those that were found good enough.
@@ -179,6 +179,7 @@ fn closed_clusters_are_within_their_bounds_and_mostly_within_twice_their_estimat
     }
     let [off, likely] = squares.map(f64::sqrt);
     assert!(nodes_seen > 100 && 20 * within >= 19 * nodes_seen, "{within} of {nodes_seen}, {off} by {likely}");
+    assert!(20 * within_at >= 19 * points, "{within_at} of {points}");
     assert!(2 * near < all && likely < 8.0 * off && off < likely, "{near} of {all}, {off} by {likely}");
 }
 
@@ -247,7 +248,7 @@ fn a_point_in_a_cluster_may_see_nothing_else() {
 }
 
 #[test]
-fn by_clusters_light_from_a_lamp_is_within_its_bounds_of_a_far_finer_solution() {
+fn by_clusters_light_from_a_lamp_is_within_its_estimate_of_a_far_finer_solution() {
     let scene = scene(3);
     let degree = Some(1);
     let fine = solve(&scene, &Options { error: 0.05, degree, ..Options::default() }, |_| true).unwrap();
@@ -257,27 +258,30 @@ fn by_clusters_light_from_a_lamp_is_within_its_bounds_of_a_far_finer_solution() 
         let mesh = Mesh::new(&scene, 1).unwrap().clustered();
         let rough = solve_on(&Prepared::of(&scene).unwrap(), &options, (mesh, Served::default()), |_| true).unwrap();
         assert!(rough.far.iter().any(|far| !far.is_empty()), "clusters are in force");
-        let bound = rough.mean_bound()[0].total();
-        let (mut off, mut area, mut at_points) = (0.0, 0.0, 0.0);
+        let stated = rough.bounds.mean[0].total();
+        let (mut off, mut area, mut at_points, mut beyond) = (0.0, 0.0, 0.0, 0.0);
         for leaf in rough.mesh().leaves() {
             let element = &rough.mesh().elements()[leaf];
             let [there, here] =
                 [fine.gather(element.centre(), element.polygon().normal()), rough.gather_on(leaf, element.centre())];
             let [there, here] = [there.unwrap(), here.unwrap()];
             let apart = (there.radiosity[0] - here.radiosity[0]).abs();
-            let [most, of_fine] = [&here, &there].map(|gathered| gathered.ledger[0].total());
-            assert!(apart <= most + of_fine, "{leaf}: {apart} {most} {of_fine}");
+            let [estimate, of_fine] = [&here, &there].map(|gathered| gathered.estimate[0].total());
+            if apart > 2.0 * (estimate + of_fine) {
+                beyond += element.area();
+            }
             (off, area) = (off + element.area() * apart, area + element.area());
-            at_points += element.area() * most;
+            at_points += element.area() * estimate;
         }
         let [off, at_points] = [off, at_points].map(|sum| sum / area);
-        println!("{order:?}: {off:.1e} off, {bound:.1e} stated, {at_points:.1e} at points, {known:.1e} of the finer one");
-        assert!(off <= bound + known && off > known / 20.0, "{off} {bound} {known}");
+        println!("{order:?}: {off:.1e} off, {stated:.1e} stated, {at_points:.1e} at points, {known:.1e} of the finer one");
+        assert!(off <= stated + known && off > known / 20.0, "{off} {stated} {known}");
+        assert!(beyond <= 0.05 * area, "{beyond} of {area} is off by more than twice the estimate");
     }
 }
 
 #[test]
-fn without_time_there_is_an_answer_with_an_estimate_and_no_bound() {
+fn without_time_there_is_an_answer_with_an_estimate() {
     let scene = scene(8);
     let options = Options { error: 0.05, degree: Some(1), time: Some(Duration::ZERO), ..Options::default() };
     // Some hundred faces are put into clusters where there is no time to link all of them to all others.
@@ -285,10 +289,9 @@ fn without_time_there_is_an_answer_with_an_estimate_and_no_bound() {
         let rough = solve_on(&Prepared::of(&scene).unwrap(), &options, (mesh, Served::default()), |_| true).unwrap();
         assert!(rough.far.iter().any(|far| !far.is_empty()), "clusters are in force");
         assert!(rough.progress().round == 1 && rough.mean()[0] > 0.0 && rough.progress().estimate.is_finite());
-        assert!(rough.progress().bound.is_infinite() && !rough.is_proven());
         let element = &rough.mesh().elements()[0];
         let gathered = rough.gather(element.centre(), element.polygon().normal()).unwrap();
-        assert!(gathered.estimate[0].total().is_finite() && gathered.ledger[0].total().is_infinite());
+        assert!(gathered.estimate[0].total().is_finite());
     }
 }
 

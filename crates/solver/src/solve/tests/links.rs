@@ -61,7 +61,7 @@ fn what_a_link_neglects_is_within_its_bound() {
 fn a_scene_without_light_is_dark_and_nothing_is_linked_in_it() {
     let scene = without_lamps();
     let solution = solve(&scene, &Options::default(), |_| true).unwrap();
-    assert_eq!((solution.mean(), solution.mean_bound()[0].total()), (&[0.0][..], 0.0));
+    assert_eq!((solution.mean(), solution.mean_estimate()[0].total()), (&[0.0][..], 0.0));
     assert!(
         solution.links.iter().all(Vec::is_empty)
             && solution.gather(DVec3::new(0.5, 0.5, 0.0), DVec3::Z).unwrap().radiosity[0] == 0.0

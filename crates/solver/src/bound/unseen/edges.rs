@@ -4,7 +4,7 @@
 //! does not change across that edge. Other edges are outlines. A corner of another face that is on an edge (a T-junction) divides it
 //! into two edges, and each may be shared by itself.
 
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::HashMap;
 
 use radgrad_core::{DVec3, Polygon};
 use radgrad_scene::{largest, smallest};
@@ -15,16 +15,16 @@ use crate::mesh::screen::LEVEL;
 
 /// A segment, each once.
 #[derive(Debug)]
-pub(super) struct Edge {
-    pub(super) ends: [DVec3; 2],
+struct Edge {
+    ends: [DVec3; 2],
     /// The faces that it bounds, and whether each runs from the first end to the second; none where faces cross.
     faces: Vec<(usize, bool)>,
 }
 
 /// The lines of all faces.
 #[derive(Debug, Default)]
-pub(super) struct Edges {
-    pub(super) all: Vec<Edge>,
+pub(crate) struct Edges {
+    all: Vec<Edge>,
     of_face: Vec<Vec<usize>>,
     /// For each face the others that stand on it or cross it, and the segments in which they do.
     feet: Vec<Vec<(usize, [DVec3; 2])>>,
@@ -42,13 +42,13 @@ fn bits(p: DVec3) -> [u64; 3] {
 }
 
 /// The key of a segment, and whether it runs from the first end of the key.
-pub(super) fn key([a, b]: [DVec3; 2]) -> (Key, bool) {
+fn key([a, b]: [DVec3; 2]) -> (Key, bool) {
     let (a, b) = (bits(a), bits(b));
     if a <= b { ([a, b], true) } else { ([b, a], false) }
 }
 
 impl Edges {
-    pub(super) fn of(mesh: &Mesh) -> Self {
+    pub(crate) fn of(mesh: &Mesh) -> Self {
         let polygons = mesh.polygons();
         let mut edges =
             Self { of_face: vec![Vec::new(); polygons.len()], feet: vec![Vec::new(); polygons.len()], ..Self::default() };
@@ -127,36 +127,9 @@ impl Edges {
         self.all[line].faces.is_empty()
     }
 
-    /// Loops of the edges along which one more face runs one way than the other, each in the way in which a face that filled it would run,
-    /// with the faces that have such an edge. `None` if there is an edge with more than one such face, if faces cross, and if loops touch
-    /// each other.
-    pub(super) fn rims(&self) -> Option<(Vec<Vec<DVec3>>, BTreeSet<usize>)> {
-        let mut next: BTreeMap<[u64; 3], DVec3> = BTreeMap::new();
-        let mut faces = BTreeSet::new();
-        for edge in &self.all {
-            let [start, end] = edge.ends;
-            let runs = |way: bool| edge.faces.iter().filter(|(_, along)| *along == way).count();
-            let (from, to) = match (edge.faces.len(), runs(true), runs(false)) {
-                (0, ..) => return None,
-                (_, along, other) if along == other => continue,
-                (_, along, other) if along == other + 1 => (end, start),
-                (_, along, other) if along + 1 == other => (start, end),
-                _ => return None,
-            };
-            faces.extend(edge.faces.iter().map(|(face, _)| *face));
-            if next.insert(bits(from), to).is_some() {
-                return None;
-            }
-        }
-        let mut rims = Vec::new();
-        while let Some((start, first)) = next.pop_first() {
-            let mut rim = vec![first];
-            while let Some(&last) = rim.last().filter(|last| bits(**last) != start) {
-                rim.push(next.remove(&bits(last))?);
-            }
-            rims.push(rim);
-        }
-        Some((rims, faces))
+    /// The ends of a line.
+    pub(super) fn ends(&self, line: usize) -> [DVec3; 2] {
+        self.all[line].ends
     }
 
     /// What a face hangs together with: a number that all of these have.
@@ -164,12 +137,12 @@ impl Edges {
         self.solids[face]
     }
 
-    /// A face, of some if these are given, that stands on another or crosses it inside a convex part of that.
-    pub(super) fn standing(&self, face: usize, part: &[DVec3], among: Option<&[usize]>) -> Option<usize> {
+    /// A face, of some, that stands on another or crosses it inside a convex part of that.
+    pub(super) fn standing(&self, face: usize, part: &[DVec3], among: &[usize]) -> Option<usize> {
         let normal = self.planes[face][1];
         let size = part.iter().map(|p| (*p - part[0]).length()).fold(0.0, largest);
         let is_inside = |foot: &[DVec3; 2]| inside(*foot, normal, part, -1e-9 * size).is_some();
-        let mut feet = self.feet[face].iter().filter(|(of, _)| among.is_none_or(|among| among.contains(of)));
+        let mut feet = self.feet[face].iter().filter(|(of, _)| among.contains(of));
         feet.find(|(_, foot)| is_inside(foot)).map(|(of, _)| *of)
     }
 
@@ -194,7 +167,7 @@ impl Edges {
 }
 
 /// The part of a convex polygon in front of a plane: all of it if it lies in the plane, nothing if it touches the plane from behind.
-pub(super) fn before([corner, normal]: [DVec3; 2], from: &[DVec3]) -> Vec<DVec3> {
+fn before([corner, normal]: [DVec3; 2], from: &[DVec3]) -> Vec<DVec3> {
     let level = LEVEL * from.iter().map(|p| (*p - corner).length()).fold(0.0, largest);
     let heights: Vec<f64> = from.iter().map(|p| normal.dot(*p - corner)).collect();
     if heights.iter().all(|h| *h <= level) {
@@ -214,13 +187,13 @@ pub(super) fn before([corner, normal]: [DVec3; 2], from: &[DVec3]) -> Vec<DVec3>
 }
 
 /// Two faces whose boxes are no farther apart than this, a small part of their sizes.
-pub(super) struct Near {
-    pub(super) faces: [usize; 2],
+struct Near {
+    faces: [usize; 2],
     reach: f64,
 }
 
 /// All pairs of them.
-pub(super) fn near(polygons: &[Polygon]) -> Vec<Near> {
+fn near(polygons: &[Polygon]) -> Vec<Near> {
     let boxes: Vec<[DVec3; 2]> = polygons.iter().map(|polygon| around(polygon.vertices())).collect();
     let mut order: Vec<usize> = (0..polygons.len()).collect();
     order.sort_by(|&a, &b| boxes[a][0].x.total_cmp(&boxes[b][0].x));
