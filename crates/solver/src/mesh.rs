@@ -99,8 +99,10 @@ impl Mesh {
         // Those that are far away stand on nothing.
         let others = |face: usize| {
             let [low, high] = boxes[face];
-            let reach = DVec3::splat(1e-6 * (high - low).max_element());
-            let meets = move |[from, to]: &[DVec3; 2]| from.cmple(high + reach).all() && to.cmpge(low - reach).all();
+            let meets = move |[from, to]: &[DVec3; 2]| {
+                let reach = DVec3::splat(largest(1e-6 * (high - low).max_element(), contact::CLOSE * (*to - *from).max_element()));
+                from.cmple(high + reach).all() && to.cmpge(low - reach).all()
+            };
             let near = boxes.iter().enumerate().filter(move |(other, of)| *other != face && meets(of));
             near.map(|(other, _)| &polygons[other])
         };

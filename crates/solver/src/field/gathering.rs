@@ -74,7 +74,7 @@ impl Equation<'_> {
         for link in &self.links[receiver] {
             let count = link.matrix.len() / len;
             for (channel, sums) in change.chunks_exact_mut(len).enumerate() {
-                multiply(&link.matrix, field.of(link.source, channel, count), sums);
+                multiply(&link.matrix, link.scale, field.of(link.source, channel, count), sums);
             }
         }
         for (channel, sums) in change.chunks_exact_mut(len).enumerate() {
@@ -86,9 +86,9 @@ impl Equation<'_> {
     }
 }
 
-/// Adds a matrix, row after row, times a vector.
-pub(crate) fn multiply(matrix: &[f64], vector: &[f64], sum: &mut [f64]) {
+/// Adds a matrix, row after row, times a number and a vector.
+pub(crate) fn multiply(matrix: &[f64], scale: f64, vector: &[f64], sum: &mut [f64]) {
     for (sum, row) in sum.iter_mut().zip(matrix.chunks_exact(vector.len())) {
-        *sum += row.iter().zip(vector).map(|(m, v)| m * v).sum::<f64>();
+        *sum += scale * row.iter().zip(vector).map(|(m, v)| m * v).sum::<f64>();
     }
 }

@@ -17,6 +17,8 @@ pub(crate) struct Link {
     pub(crate) rows: Vec<Row>,
     /// The projection of the rows: for each of the receiver's functions, the light of each of the source's.
     pub(crate) matrix: Vec<f64>,
+    /// By what it is multiplied for the balance of exchanges ([`crate::solve::balance`]).
+    pub(crate) scale: f64,
 }
 
 /// The rows of links.

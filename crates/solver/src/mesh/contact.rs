@@ -1,14 +1,22 @@
-//! Faces cut where others stand on them.
+//! Faces cut where others stand on them, or hang close over them.
 //!
 //! Under a box that stands on a floor it is dark, beside it is not: along the contact the radiosity jumps, and no polynomial
-//! across it comes near. So a face is cut along the edges of others that lie in its plane, and stand over it. Each cut goes on
-//! to the edge of the convex part that it is in, so that parts stay convex; parts that an edge does not enter stay whole.
+//! across it comes near. So a face is cut along the edges of others that lie in its plane, and stand over it. A lamp close under a ceiling
+//! leaves a pocket over it that is as dark, or as bright, and falls off within the gap: there the ceiling is cut along the lamp's edges too.
+//! What a polynomial across the pocket would send into it is absorbed by the lamp's back, and in a white room that is counted
+//! `1/(1 - rho)` times. Each cut goes on to the edge of the convex part that it is in, so that parts stay convex; parts that an edge does not
+//! enter stay whole.
 
 use radgrad_core::{DVec3, Polygon};
 use radgrad_scene::{largest, smallest};
 
 /// Fraction of the face's size within which points are in its plane or on an edge.
 const LEVEL: f64 = 1e-9;
+
+/// The height of a face that is parallel to another, over the root of its area, up to which it hangs close over that; and the sine up to which they are
+/// parallel.
+pub(crate) const CLOSE: f64 = 0.4;
+const PARALLEL: f64 = 1e-3;
 
 /// Parts of a face beyond which cutting costs more than it gains: it is then left whole.
 const MOST_PARTS: usize = 64;
@@ -28,10 +36,14 @@ pub(crate) fn cut<'a>(
         if !v.iter().any(|&p| height(p) > level) {
             continue;
         }
+        let is_parallel = normal.cross(other.normal()).length() <= PARALLEL;
+        let hangs = is_parallel && v.iter().all(|&p| height(p) > level && height(p) <= CLOSE * other.area().sqrt());
         for (i, &a) in v.iter().enumerate() {
             let b = v[(i + 1) % v.len()];
-            if height(a).abs() <= level && height(b).abs() <= level && (b - a).length() > level {
-                parts = parts.into_iter().flat_map(|part| split(part, [a, b], normal, level)).collect();
+            let stands = height(a).abs() <= level && height(b).abs() <= level;
+            if (stands || hangs) && (b - a).length() > level {
+                let edge = [a, b].map(|p| p - normal * height(p));
+                parts = parts.into_iter().flat_map(|part| split(part, edge, normal, level)).collect();
                 if parts.len() > MOST_PARTS {
                     return None;
                 }
@@ -111,7 +123,9 @@ mod tests {
         assert_eq!(parts.len(), 5);
         assert!((areas.iter().sum::<f64>() - 16.0).abs() < 1e-12);
         assert!(areas.iter().any(|area| (area - 1.0).abs() < 1e-12), "{areas:?}");
-        // A polygon that only hangs over the floor, or ends at its edge, cuts nothing.
+        // A polygon that hangs close over the floor cuts it likewise; one that hangs higher, or ends at its edge, cuts nothing.
+        let close = Polygon::new(square(1.0, 2.0, 0.1)).unwrap();
+        assert_eq!(cut(&floor, &[floor.vertices().to_vec()], std::iter::once(&close)).map(|parts| parts.len()), Some(5));
         let above = Polygon::new(high).unwrap();
         let wall = Polygon::new([[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [4.0, 0.0, 4.0]].map(DVec3::from).to_vec()).unwrap();
         assert_eq!(cut(&floor, &[floor.vertices().to_vec()], [above, wall].iter()), None);

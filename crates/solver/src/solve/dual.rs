@@ -316,6 +316,7 @@ impl Solution {
             let (discretisation, computation) = (part.detail.abs() + part.unseen, part.swapped.abs() + part.off_by());
             let parts = Ledger { discretisation, computation, ..Ledger::default() };
             let share = ratio(total, all);
+            if std::env::var("RG_EST").is_ok() { eprintln!("found {:.5} swapped {:.5} detail {:.5} off {:.5} negl {:.5} unseen {:.5} sure {:.5} most {:.5} share {:.3}", found, part.swapped / area, part.detail / area, part.off.sqrt() / area, part.neglected.sqrt() / area, part.unseen / area, sure / area, most.total(), share); }
             MeanError { estimate: parts * ratio(total, parts.total()), found: share * found, off: share * off }
         };
         Ok(Some(parts.iter().zip(sure).zip(&self.bounds.mean).map(of_channel).collect()))
@@ -432,6 +433,9 @@ impl Solution {
             let samples: Vec<f64> =
                 irradiance(&self.mesh, &self.field, own.0, own.1, channel, nodes).iter().map(|h| rho * h).collect();
             self.add_details(&mut part, receiver, (&samples, &z), own.1.is_empty().then_some(&excess));
+            if own.1.is_empty() && of_importance.is_none() {
+                part.detail += area * basis.product_beyond(&samples, &at_nodes);
+            }
         }
         for &leaf in leaves {
             let (area, mut light) = (self.mesh.elements()[leaf].area(), self.field.of(leaf, channel, len).to_vec());
