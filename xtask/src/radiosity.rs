@@ -2,7 +2,7 @@
 //!
 //! - `transfer`: error of one transfer between two unit squares by degree, parallel at three gaps and perpendicular (Zatz 1993);
 //! - `convergence`: error of a solution by the number of elements, for each degree, divided uniformly and where it pays;
-//! - `refinement`: error in the Cornell box by the number of elements, divided alike, by the bound, by the gradient and along shadow lines;
+//! - `refinement`: error in the Cornell box by the number of elements, divided alike, by the residual, by the gradient and along shadow lines;
 //! - `shadow`: error past a shadow edge by the number of elements, with the floor whole and cut along shadow lines;
 //! - `cost`: seconds, elements and links by the number of polygons of a scene.
 //!
@@ -67,7 +67,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     let costs = cost::measure(arguments.polygons)?;
     table(
         &out("cost.csv"),
-        &["scene", "polygons", "seconds", "elements", "links", "bound"],
+        &["scene", "polygons", "seconds", "elements", "links", "estimate"],
         costs.iter().map(cost::Point::record),
     )?;
     for kind in cost::Kind::ALL {
@@ -101,7 +101,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
         let points = convergence::measure(pair)?;
         let name = pair.name();
         let records = points.iter().map(convergence::Point::record);
-        table(&out(&format!("convergence-{name}.csv")), &["degree", "division", "elements", "error", "bound"], records)?;
+        table(&out(&format!("convergence-{name}.csv")), &["degree", "division", "elements", "error", "estimate"], records)?;
         for (degree, order) in convergence::orders(&points) {
             println!("{name}, degree {degree}: error falls like the size of elements to the power {order:.2}");
         }

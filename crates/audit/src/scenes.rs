@@ -1,9 +1,9 @@
-//! Whole scenes held to truth: every number that `solve`, `factors` and `field` state with a bound, against walks, enclosures and
+//! Whole scenes held to truth: every number that `solve`, `factors` and `field` state with a bound or an estimate, against walks, enclosures and
 //! exact solutions of the oracle that share no code with them.
 //!
 //! ```text
 //! family:seed:index -> Model          family, draw: faces with materials, points to ask at, an exact solution if there is one
-//!   -> Statement                      statement: a value of the solver or of the form factors, with its bound
+//!   -> Statement                      statement: a value of the solver or of the form factors, with its bound or estimate
 //!   -> Known                          truth: limits at a confidence of all but 1e-7, or an enclosure, or the exact solution
 //!   -> Verdict                        judge: held, broken, or the truth is too rough to say
 //!   -> Row of a family and a subject  table: counts, medians, time; gates

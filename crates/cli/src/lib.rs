@@ -75,7 +75,7 @@ enum Command {
     Factors(factors::Arguments),
     /// Irradiance of a surface straight from the lamps, with gradient and bounds, on a grid.
     Field(field::Arguments),
-    /// Solve a scene (.obj, .gltf, .glb, .vs3) for the radiosity everywhere, with a bound on its error.
+    /// Solve a scene (.obj, .gltf, .glb, .vs3) for the radiosity everywhere, with an estimate of its error.
     ///
     /// Progress goes to the standard error; answers to --points, one line each, and then the summary to the standard output.
     Solve(Box<solve::Request>),

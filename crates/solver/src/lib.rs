@@ -1,9 +1,9 @@
-//! Global radiosity of a scene with a bound on its error.
+//! Global radiosity of a scene with an estimate of its error.
 //!
 //! The radiosity of diffuse surfaces obeys `B = E + rho G B` with `G B(x) = (1/pi) int B(y) (n1.r)(-n2.r)/|r|^4 dA` over all
 //! that x sees (N. Holzschuch and F. X. Sillion 1995, Eq. 1, summed over all surfaces). [`solve`] approximates B by a polynomial
-//! on each element of a mesh ([`Basis`]: H. Zatz 1993), whose light at any point is known, occlusion included, to a bound. So
-//! the residual of an approximation can be computed at any point, and a bound on the error follows from it and from the fact
+//! on each element of a mesh ([`Basis`]: H. Zatz 1993), whose light at any point is known, occlusion included. So
+//! the residual of an approximation can be computed at any point, and an estimate of the error follows from it and from the fact
 //! that light gets less with each reflection.
 //!
 //! ```text
@@ -13,27 +13,25 @@
 //!   -> links           link, linking: what a receiver gathers from, and what that neglects; transfer, visible, cell: rules,
 //!                      closed forms; cluster: boxes of many faces, where there are many, for far or hidden light
 //!   -> Field           field, gathering, order: the linear system, in sweeps or in Southwell's order; sums pulled up the trees
-//!   -> Bounds          residual, bound: mean(z |r|) with the importance z, and a bound at every point; ledger: its sources
-//!   -> divide, again   solve, marking: elements that make up most of the bound, or are off most by samples and gradients
-//! Solution -> gather   gather: E + rho G B_h at a point, with its bound
+//!   -> ErrorEstimate   estimate: residual, mean(z |r|) with the importance z, and what it comes to at points; ledger: its sources
+//!   -> divide, again   solve, marking: elements that make up most of the error, or are off most by samples and gradients
+//! Solution -> gather   gather: E + rho G B_h at a point, with its estimate
 //! ```
 //!
 //! Faces may have textures: reflection multiplies the irradiance, which is projected by itself, with texels (modules `surfaces`,
 //! `texture`; R. Gershbein, P. Schroeder and P. Hanrahan 1993). Curved patches have a solver of their own, the crate `radgrad-curved`.
 //!
-//! # Bound and estimate
-//! Two figures go with every answer. The *bound* is proven (module `bound::proven`): it holds for any placement of light, as what may lie
-//! between the nodes of an element is bounded by geometry alone. Where much is hidden from much it is wide. The *estimate* is what samples
-//! say: that light has no feature smaller than the elements that their samples do not see, but for lamps that no node of an element sees
-//! and that may shine on it, which count in it in full. It is no bound, and enters none. [`Options::error`] is what the estimate has to
-//! reach, and [`Options::bound`] the bound.
+//! # Estimate
+//! With every answer goes an estimate of its error. It is what samples say: that light has no feature smaller than the elements that their
+//! samples do not see, but for lamps that no node of an element sees and that may shine on it, which count in it in full. It is no bound.
+//! [`Options::error`] is what it has to reach.
 //!
 //! Radiosities are pi times the radiance of the scene's materials, in its unit. `examples/two_squares.rs` shows the error, its
-//! bound and their ratio as the mesh is refined.
+//! estimate and their ratio as the mesh is refined.
 
-mod bound;
 mod clock;
 mod error;
+mod estimate;
 mod field;
 mod links;
 mod mesh;
@@ -41,8 +39,8 @@ mod picture;
 pub mod receiver;
 mod solve;
 
-pub use bound::ledger::Ledger;
 pub use error::Error;
+pub use estimate::ledger::Ledger;
 pub use field::order::Order;
 pub use links::linking::Linking;
 pub use mesh::Mesh;

@@ -1,9 +1,9 @@
-//! The solution of a scene to an error: solve, bound, divide where the bound says that it pays, and again.
+//! The solution of a scene to an error: solve, estimate, divide where the estimate says that it pays, and again.
 //!
 //! Elements that receive gather reflected light, and may be divided into leaves for the sake of direct light alone, which is
 //! cheap ([`crate::links::direct`]). Each round divides leaves until direct light is seen well enough, links the new receivers,
-//! sweeps until the linear system is solved, refines links, and bounds the error. If the bound on its mean over all area is not
-//! within the error asked for, relative to the mean radiosity that is reflected, the receivers that add most to the bound are
+//! sweeps until the linear system is solved, refines links, and estimates the error. If the estimate of that of the mean over all area is not
+//! within the error asked for, relative to the mean radiosity that is reflected, the receivers that add most to the magnitude of errors are
 //! divided: those that together make up a given part of it (W. Dörfler 1996). Asked to go by the gradient it divides instead, leaves and receivers
 //! alike, those that are off most in the mean square ([`crate::solve::marking`]), on faces that are first cut into squares, or where it is
 //! asked for along shadow lines ([`crate::solve::shadows`]); by thresholds, nothing after the first round
@@ -44,10 +44,10 @@ use std::time::Duration;
 use radgrad_core::DVec3;
 use radgrad_scene::{Prepared, Quantity, Scene, largest, smallest};
 
-use crate::bound::Bounds;
-use crate::bound::unseen::Edges;
 use crate::clock::Clock;
 use crate::error::Error;
+use crate::estimate::ErrorEstimate;
+use crate::estimate::unseen::Edges;
 use crate::field::Field;
 use crate::links::cell::Rules;
 use crate::links::direct::Lamps;
@@ -73,7 +73,7 @@ const DEGREE_OF_FEW: usize = 4;
 const LINK_PART: f64 = 0.1;
 
 /// The same where leaves are apart and make up so few pairs that finer links cost nothing that is noticed: light is smooth there, and what
-/// links neglect would be most of the bound.
+/// links neglect would be most of the error.
 const LINK_PART_OF_FEW: f64 = 1e-9;
 const FEW_PAIRS: usize = 10_000;
 
@@ -163,7 +163,7 @@ pub fn solve_from<N: Into<Next>>(
 
 /// [`solve_from`] for the sake of some points, each with the direction that it faces: refinement serves gathers there, and the estimate that
 /// has to reach [`Options::error`] is that of their mean error over the mean of what is reflected there. A point that is on no face is a
-/// sensor in free space. Without points the mean over all area is served. The bound is the same as else.
+/// sensor in free space. Without points the mean over all area is served.
 ///
 /// ```
 /// # use radgrad_core::DVec3;
@@ -329,7 +329,7 @@ fn dark(ready: &Prepared, options: &Options, (mesh, served): (Mesh, Served), clo
         receivers,
         served,
         judged: Vec::new(),
-        bounds: Bounds::default(),
+        error_estimate: ErrorEstimate::default(),
         estimated: OnceLock::new(),
         edges: Edges::of(&mesh),
         details: OnceLock::new(),
@@ -367,7 +367,7 @@ impl Solution {
         self.mesh.elements().len() >= options.most_elements.saturating_add(given)
     }
 
-    /// One round: direct light, links, sweeps, finer links, bounds. Beside what ends with the time it is expected to take so long.
+    /// One round: direct light, links, sweeps, finer links, estimates. Beside what ends with the time it is expected to take so long.
     /// Returns how long that was refined, leaves and links.
     fn round(&mut self, options: &Options, expected: Duration) -> Result<Duration, Error> {
         // What a round cannot reach anyway is not paid for, if there may be another one.
@@ -403,7 +403,7 @@ impl Solution {
             }
         }
         self.sweep(options.order, if may_be_even(&self.mesh, &self.lamps) { SOLVED } else { ROUGHLY_SOLVED * aim })?;
-        self.bounds = Bounds::of(self.bounded(), [self.left_of_direct(), self.left_of_reflected()])?;
+        self.error_estimate = ErrorEstimate::of(self.estimating(), [self.left_of_direct(), self.left_of_reflected()])?;
         let links = self.receivers.iter().map(|&receiver| self.links[receiver].len() + self.far[receiver].len()).sum();
         (self.details, self.estimated, self.importance) = (OnceLock::new(), OnceLock::new(), OnceLock::new());
         (self.known_error, self.kept) = (OnceLock::new(), Kept::default());
@@ -432,7 +432,7 @@ impl Solution {
 
     /// Estimate of the mean magnitude of the error of gathers, relative as errors are.
     fn magnitude(&self) -> f64 {
-        self.relative(&self.bounds.mean)
+        self.relative(&self.error_estimate.mean)
     }
 }
 

@@ -1,6 +1,6 @@
-//! A closed room with a block, lit by its ceiling: radiosity and its bound on the mesh.
+//! A closed room with a block, lit by its ceiling: radiosity and the estimate of its error on the mesh.
 //!
-//! Drawn is one gather a cell, `B_g = E + rho G B_h`, and the bound on its error at the centre of each element, seen along parallel
+//! Drawn is one gather a cell, `B_g = E + rho G B_h`, and the estimate of its error at the centre of each element, seen along parallel
 //! lines. Faces that are turned away are not drawn: so the room is seen through its near walls.
 
 use std::error::Error;

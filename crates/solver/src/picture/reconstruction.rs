@@ -16,7 +16,7 @@
 //! What the patches err by against an exact gather is `O(h^4)` where the radiosity is smooth, and first order across a shadow's
 //! edge. Where two faces meet the gradient has a logarithmic pole, and radiosity a limit that is not its value, what lies in an
 //! emitter's plane receiving nothing: there a vertex is sampled at a 32nd of the way to the leaf's centre, and carried back along
-//! the gradient. No bound is claimed; that of the solution ([`crate::solve::solution::Solution::bound_on`]) holds for the
+//! the gradient. No bound is claimed; the estimate of the solution ([`crate::solve::solution::Solution::estimate_on`]) holds for the
 //! polynomials.
 
 use std::collections::HashMap;

@@ -3,8 +3,8 @@
 use radgrad_scene::Scene;
 use rayon::prelude::*;
 
-use crate::bound::ledger::Ledger;
 use crate::error::Error;
+use crate::estimate::ledger::Ledger;
 use crate::links::cluster::far::{MARGIN, cover};
 use crate::solve::solution::Solution;
 
@@ -18,7 +18,7 @@ impl Solution {
         if let Some(error) = self.receivers.par_iter().find_map_first(|&receiver| self.covered(scene, receiver)) {
             return Err(error);
         }
-        let estimates = self.bounds.mean.iter().map(Ledger::total).collect();
+        let estimates = self.error_estimate.mean.iter().map(Ledger::total).collect();
         self.refuse([("mean radiosity", self.mean.clone()), ("estimate of the error", estimates)])
     }
 

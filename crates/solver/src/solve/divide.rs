@@ -52,11 +52,11 @@ impl Solution {
     fn shares(&self) -> Vec<(f64, usize)> {
         let reference = self.reference();
         let share = |receiver: usize, channel: usize| {
-            let counts = self.counts(receiver, &self.bounds.residuals[1][receiver][channel]);
+            let counts = self.counts(receiver, &self.error_estimate.residuals[1][receiver][channel]);
             if self.served.is_known() {
                 return self.counts_for_points(receiver, channel, counts);
             }
-            ratio(self.bounds.share(&self.mesh, receiver, channel, counts), reference[channel])
+            ratio(self.error_estimate.share(&self.mesh, receiver, channel, counts), reference[channel])
         };
         let worst = |receiver: usize| (0..self.channels.len()).map(|channel| share(receiver, channel)).fold(0.0, largest);
         self.receivers.iter().map(|&receiver| (worst(receiver), receiver)).collect()

@@ -31,8 +31,8 @@ use std::collections::{BTreeMap, HashMap};
 use radgrad_scene::{largest, smallest};
 use rayon::prelude::*;
 
-use crate::bound::ledger::Ledger;
 use crate::error::Error;
+use crate::estimate::ledger::Ledger;
 use crate::field::Field;
 use crate::field::acceleration::Acceleration;
 use crate::field::gathering::{Equation, irradiance};
@@ -319,7 +319,7 @@ impl Solution {
             if std::env::var("RG_EST").is_ok() { eprintln!("found {:.5} swapped {:.5} detail {:.5} off {:.5} negl {:.5} unseen {:.5} sure {:.5} most {:.5} share {:.3}", found, part.swapped / area, part.detail / area, part.off.sqrt() / area, part.neglected.sqrt() / area, part.unseen / area, sure / area, most.total(), share); }
             MeanError { estimate: parts * ratio(total, parts.total()), found: share * found, off: share * off }
         };
-        Ok(Some(parts.iter().zip(sure).zip(&self.bounds.mean).map(of_channel).collect()))
+        Ok(Some(parts.iter().zip(sure).zip(&self.error_estimate.mean).map(of_channel).collect()))
     }
 
     /// What layers on a receiver add to the integrals, in each channel.
@@ -426,7 +426,7 @@ impl Solution {
         let mut part = Part { swapped: area * defect, off, neglected: of_links.sum(), ..Part::default() };
         let (mut by_polynomial, mut off_below) = (0.0, BTreeMap::new());
         if rho > 0.0 {
-            let all = &self.bounds.residuals;
+            let all = &self.error_estimate.residuals;
             part.unseen += area * phi[0] * (all[0][receiver][channel].unseen + all[1][receiver][channel].unseen);
             // Where light is even rays and clusters are off alike in both gathers.
             part.off += square(area * rho * phi[0] * self.off_by_links(&self.field, basis, channel, own, false));

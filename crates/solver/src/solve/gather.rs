@@ -9,9 +9,9 @@
 
 use radgrad_core::{DVec3, Receiver};
 
-use crate::bound::ledger::Ledger;
 use crate::clock::Clock;
 use crate::error::Error;
+use crate::estimate::ledger::Ledger;
 use crate::links::cluster::far::Far;
 use crate::links::direct::Lit;
 use crate::links::gatherer::Gatherer;
@@ -312,7 +312,8 @@ impl Solution {
         let channels = self.channels.len();
         // Where no error is known with its sign, what its magnitude may be is an estimate, too.
         let without_sign = || {
-            let mut beyond = self.points().at(self.bounded(), &self.bounds, station, (rows, far), &vec![1.0; channels]);
+            let mut beyond =
+                self.points().at(self.estimating(), &self.error_estimate, station, (rows, far), &vec![1.0; channels]);
             for (channel, sum) in beyond.iter_mut().enumerate() {
                 let neglected = |(source, row): &(usize, Row)| self.field.neglected(&self.mesh, *source, channel, row);
                 sum.computation += rows.iter().map(neglected).sum::<f64>();

@@ -3,7 +3,7 @@
 use radgrad_scene::{largest, smallest};
 use rayon::prelude::*;
 
-use crate::bound::residual::{Residual, Residuals};
+use crate::estimate::residual::{Residual, Residuals};
 use crate::field::gathering::irradiance;
 use crate::mesh::Sight;
 use crate::solve::solution::Solution;

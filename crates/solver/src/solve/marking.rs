@@ -1,6 +1,6 @@
-//! Which elements a round divides: those whose residual adds most to the bound, or those whose polynomials are off most.
+//! Which elements a round divides: those whose residual adds most to the error of gathers, or those whose polynomials are off most.
 //!
-//! The bound is on gathers, which average what polynomials leave out; by the gradient it is the polynomials themselves that are
+//! Gathers average what polynomials leave out; by the gradient it is the polynomials themselves that are
 //! made good, `B_h` as it is drawn and exported, in the root mean square: an element counts by its area times the mean square of
 //! what its basis leaves out. Dividing the largest of these is what an equidistributed error asks for; what a division gains is
 //! nearly all of it.

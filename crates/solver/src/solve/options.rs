@@ -11,7 +11,7 @@ use crate::links::linking::Linking;
 /// The rule by which elements are divided.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Marking {
-    /// What their residual adds to the bound on gathers: the quickest way to a bound.
+    /// What their residual adds to the error of gathers: the quickest way to a good mean.
     #[default]
     Residual,
     /// What their polynomials are off by in the mean square, by samples and gradients of exact gathers: few elements for a given error of the

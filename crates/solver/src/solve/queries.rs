@@ -3,7 +3,7 @@
 use radgrad_core::DVec3;
 use radgrad_scene::{Placement, Warning};
 
-use crate::bound::ledger::Ledger;
+use crate::estimate::ledger::Ledger;
 use crate::field::gathering::irradiance;
 use crate::mesh::Mesh;
 use crate::solve::options::Progress;
@@ -69,7 +69,7 @@ impl Solution {
     /// The estimate with its two parts.
     pub(super) fn mean_error(&self) -> &[MeanError] {
         // Where no importance is found what gathers are off by is an estimate, too.
-        let without_sign = || self.bounds.mean.iter().copied().map(MeanError::without_sign).collect();
+        let without_sign = || self.error_estimate.mean.iter().copied().map(MeanError::without_sign).collect();
         self.estimated.get_or_init(|| self.estimate_mean().ok().flatten().unwrap_or_else(without_sign))
     }
 
@@ -78,9 +78,11 @@ impl Solution {
     #[must_use]
     pub fn estimate_on(&self, leaf: usize) -> Vec<Ledger> {
         let receiver = self.receiver_of(leaf);
-        let [direct, reflected] = &self.bounds.residuals;
+        let [direct, reflected] = &self.error_estimate.residuals;
         let of = |c: usize| {
-            self.points().on_receiver(&self.bounds, receiver, c) + direct[leaf][c].whole() + reflected[receiver][c].whole()
+            self.points().on_receiver(&self.error_estimate, receiver, c)
+                + direct[leaf][c].whole()
+                + reflected[receiver][c].whole()
         };
         (0..self.channels.len()).map(of).collect()
     }

@@ -25,8 +25,8 @@
 
 use radgrad_scene::{largest, smallest};
 
-use crate::bound::ledger::Ledger;
 use crate::error::Error;
+use crate::estimate::ledger::Ledger;
 use crate::field::Field;
 use crate::field::acceleration::Acceleration;
 use crate::field::gathering::Equation;
@@ -286,7 +286,7 @@ impl Solution {
             let detail = power(falls, basis.degree() + 1) * length(&of.coefficients);
             let known = detail + length(&differs);
             let neglected = if factor > 0.0 { neglected(channel) } else { 0.0 };
-            let textured = self.bounds.residuals.iter().map(|of| of[source][channel].detail_rms()).fold(0.0, f64::hypot);
+            let textured = self.error_estimate.residuals.iter().map(|of| of[source][channel].detail_rms()).fold(0.0, f64::hypot);
             let unsure = (1.0 - sure) * detail;
             piece.by_kernel.push(factor * sure * detail);
             piece.beyond.push(factor * (power(falls, basis.degree() + 2) * of.beyond).hypot(unsure));
@@ -388,7 +388,8 @@ impl Solution {
                 // What faces emit has no error.
                 reflected +=
                     dot(self.field.of(source, channel, len), &row.values) - dot(&self.emitted_on(source, channel), &row.values);
-                unseen += row.likely_factor() * self.bounds.residuals.iter().map(|of| of[source][channel].unseen).sum::<f64>();
+                unseen +=
+                    row.likely_factor() * self.error_estimate.residuals.iter().map(|of| of[source][channel].unseen).sum::<f64>();
             }
             let MeanError { found, off: off_in_mean, .. } = of_mean[channel];
             let lacks = (found - error.mean(&self.mesh, channel)).hypot(BY_CHANCE * off_in_mean);

@@ -200,7 +200,7 @@ impl Solution {
         }
         let of_channel = |channel: usize| {
             let of = |&receiver: &usize| {
-                let left: f64 = self.bounds.residuals.iter().map(|of| of[receiver][channel].mean_ledger().total()).sum();
+                let left: f64 = self.error_estimate.residuals.iter().map(|of| of[receiver][channel].mean_ledger().total()).sum();
                 self.counts_for_points(receiver, channel, left)
             };
             self.receivers.iter().map(of).sum::<f64>()

@@ -5,13 +5,13 @@ use std::sync::OnceLock;
 use radgrad_scene::{Placement, Warning, largest};
 use rayon::prelude::*;
 
-use crate::bound::Bounds;
-use crate::bound::ledger::Ledger;
-use crate::bound::point::Points;
-use crate::bound::scene::Scene;
-use crate::bound::unseen::{Edges, Outlined};
 use crate::clock::Clock;
 use crate::error::Error;
+use crate::estimate::ErrorEstimate;
+use crate::estimate::ledger::Ledger;
+use crate::estimate::point::Points;
+use crate::estimate::scene::Scene;
+use crate::estimate::unseen::{Edges, Outlined};
 use crate::field::Field;
 use crate::links::cell::Rules;
 use crate::links::cluster::far::Far;
@@ -61,7 +61,7 @@ pub struct Solution {
     pub(super) served: Served,
     /// Samples of direct light on leaves and reflected light on receivers, of those that were judged by the gradient.
     pub(super) judged: Vec<[Option<Samples>; 2]>,
-    pub(crate) bounds: Bounds,
+    pub(crate) error_estimate: ErrorEstimate,
     /// Estimate of the error of the mean, in each channel, made when it is first asked for.
     pub(super) estimated: OnceLock<Vec<MeanError>>,
     /// The lines of faces, across which light may be hidden.
@@ -105,15 +105,15 @@ pub struct Solution {
 }
 
 impl Solution {
-    /// What bounds are made of.
-    pub(crate) fn bounded(&self) -> Scene<'_> {
+    /// What estimates are made of.
+    pub(crate) fn estimating(&self) -> Scene<'_> {
         let Self { mesh, surfaces, receivers, links, far, channels, .. } = self;
         Scene { mesh, surfaces, receivers, links, far, channels: channels.len() }
     }
 
-    /// Bounds at points, which cost as much as that on the mean, and only who asks for them pays.
+    /// Estimates at points, which cost as much as that of the mean magnitude, and only who asks for them pays.
     pub(crate) fn points(&self) -> &Points {
-        self.bounds.points(self.bounded())
+        self.error_estimate.points(self.estimating())
     }
 
     /// The lines of faces on the mesh.
@@ -152,7 +152,7 @@ impl Solution {
     pub(super) fn reached(&self, options: &Options) -> bool {
         // Where light may be reflected and none was found, nothing is known relative to it.
         let is_found = |(reflected, estimate): (&f64, &Ledger)| *reflected > 0.0 || estimate.total() == 0.0;
-        let found = options.relative_to == RelativeTo::All || self.reflected.iter().zip(&self.bounds.mean).all(is_found);
+        let found = options.relative_to == RelativeTo::All || self.reflected.iter().zip(&self.error_estimate.mean).all(is_found);
         found && self.progress.estimate <= options.error
     }
 

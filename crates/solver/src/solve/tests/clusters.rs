@@ -252,13 +252,13 @@ fn by_clusters_light_from_a_lamp_is_within_its_estimate_of_a_far_finer_solution(
     let scene = scene(3);
     let degree = Some(1);
     let fine = solve(&scene, &Options { error: 0.05, degree, ..Options::default() }, |_| true).unwrap();
-    let known = fine.bounds.mean[0].total();
+    let known = fine.error_estimate.mean[0].total();
     for order in [Order::GaussSeidel, Order::Southwell] {
         let options = Options { error: 0.3, degree, first_elements: 1, most_elements: 0, order, ..Options::default() };
         let mesh = Mesh::new(&scene, 1).unwrap().clustered();
         let rough = solve_on(&Prepared::of(&scene).unwrap(), &options, (mesh, Served::default()), |_| true).unwrap();
         assert!(rough.far.iter().any(|far| !far.is_empty()), "clusters are in force");
-        let stated = rough.bounds.mean[0].total();
+        let stated = rough.error_estimate.mean[0].total();
         let (mut off, mut area, mut at_points, mut beyond) = (0.0, 0.0, 0.0, 0.0);
         for leaf in rough.mesh().leaves() {
             let element = &rough.mesh().elements()[leaf];

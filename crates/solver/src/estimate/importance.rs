@@ -12,11 +12,11 @@
 use radgrad_scene::{largest as larger, smallest as smaller};
 use rayon::prelude::*;
 
-use crate::bound::residual::{Residual, Residuals};
-use crate::bound::rise::Risen;
-use crate::bound::scene::Scene;
-use crate::bound::seen::SeenSources;
 use crate::error::Error;
+use crate::estimate::residual::{Residual, Residuals};
+use crate::estimate::rise::Risen;
+use crate::estimate::scene::Scene;
+use crate::estimate::seen::SeenSources;
 use crate::field::Field;
 use crate::field::acceleration::Acceleration;
 use crate::field::gathering::Equation;

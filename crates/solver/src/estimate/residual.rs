@@ -25,7 +25,7 @@
 //! Schwarz `mean |rho x|` is at most rho's root mean square times x's; and since x has no part along the basis `mean(rho x)` is
 //! that of what rho's projection leaves out times x, `mean(rho x d^m)` that of `(rho - mean rho) x d^m`.
 
-use crate::bound::ledger::Ledger;
+use crate::estimate::ledger::Ledger;
 use crate::links::transfer::Kernel;
 use crate::mesh::Mesh;
 use crate::mesh::basis::{Basis, POWERS};
@@ -33,7 +33,7 @@ use crate::mesh::element::Element;
 use crate::mesh::texture::{Detail, Pattern};
 use radgrad_scene::{largest as larger, smallest as smaller};
 
-/// Bounds on the residual over an element; of one that is divided, over those below it.
+/// Estimates of the residual over an element; of one that is divided, over those below it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Residual {
     /// Largest magnitude.
@@ -136,7 +136,7 @@ impl Residual {
         self.arms[0]
     }
 
-    /// The bounds over four children of one size.
+    /// The estimates over four children of one size.
     pub(crate) fn over(children: &[Self]) -> Self {
         let part = 1.0 / children.len() as f64;
         let square = |a: f64, b: f64| (a * a + part * b * b).sqrt();
@@ -173,7 +173,7 @@ impl Residual {
         all.into_iter().map(|of| of.unwrap_or_else(|| vec![Self::default(); channels])).collect()
     }
 
-    /// Bound on the mean magnitude, but for the detail of textures.
+    /// The mean magnitude, but for the detail of textures.
     pub(crate) fn mean_ledger(&self) -> Ledger {
         Ledger { discretisation: smaller(self.arms[0], self.largest.discretisation), ..self.largest }
     }

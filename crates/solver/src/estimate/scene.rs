@@ -1,9 +1,9 @@
-//! The parts that bounds need: the mesh, its links, and the sources that its receivers see.
+//! The parts that estimates need: the mesh, its links, and the sources that its receivers see.
 
 use rayon::prelude::*;
 
-use crate::bound::residual::{Residual, Residuals};
-use crate::bound::seen::SeenSources;
+use crate::estimate::residual::{Residual, Residuals};
+use crate::estimate::seen::SeenSources;
 use crate::links::cluster::far::Far;
 use crate::links::cluster::glow::Pair;
 use crate::links::link::Link;
@@ -11,7 +11,7 @@ use crate::links::station::Station;
 use crate::mesh::Mesh;
 use crate::mesh::surfaces::Surfaces;
 
-/// What bounds are made of.
+/// What estimates are made of.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Scene<'a> {
     pub(crate) mesh: &'a Mesh,

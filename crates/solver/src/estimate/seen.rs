@@ -5,7 +5,7 @@
 
 use std::collections::HashMap;
 
-use crate::bound::residual::Found;
+use crate::estimate::residual::Found;
 use crate::links::station::Station;
 use crate::links::transfer::{Kernel, Row, Sampled};
 use crate::mesh::Mesh;

@@ -3,7 +3,7 @@
 use std::iter::Sum;
 use std::ops::{Add, AddAssign, Mul};
 
-/// A bound on an error, by its sources. Unit: that of the radiosity.
+/// An estimate of an error, by its sources. Unit: that of the radiosity.
 ///
 /// ```
 /// use radgrad_solver::Ledger;
@@ -14,19 +14,19 @@ use std::ops::{Add, AddAssign, Mul};
 pub struct Ledger {
     /// What is computed with is not what was given: on an element a texture's detail gives way to a polynomial. Known.
     pub modelling: f64,
-    /// The radiosity is not a polynomial on an element: in bounds proven, in estimates from samples of the residual (module `residual`)
-    /// with the detail of textures, which is known.
+    /// The radiosity is not a polynomial on an element: from samples of the residual (module `residual`) with the detail of textures, which
+    /// is known.
     pub discretisation: f64,
-    /// What links neglect, quadrature and rounding. Proven at points and nodes, and taken between nodes as at them.
+    /// What links neglect, quadrature and rounding; taken between nodes as at them.
     pub computation: f64,
-    /// Errors of what was evaluated past occluders. Proven in the same sense.
+    /// Errors of what was evaluated past occluders, in the same sense.
     pub visibility: f64,
-    /// The linear system is not solved to the last digit. Proven.
+    /// The linear system is not solved to the last digit.
     pub solver: f64,
 }
 
 impl Ledger {
-    /// The bound: the sum of all entries.
+    /// The whole: the sum of all entries.
     #[must_use]
     pub const fn total(&self) -> f64 {
         self.modelling + self.discretisation + self.computation + self.visibility + self.solver

@@ -8,8 +8,8 @@
 use radgrad_scene::{largest as larger, smallest as smaller};
 use rayon::prelude::*;
 
-use crate::bound::scene::Scene;
-use crate::bound::seen::SeenSources;
+use crate::estimate::scene::Scene;
+use crate::estimate::seen::SeenSources;
 use crate::links::cluster::glow::Pair;
 
 /// Sweeps after which there is no bound: far more than any reflectance below 0.99 needs.

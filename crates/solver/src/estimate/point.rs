@@ -1,4 +1,4 @@
-//! Bounds at points: `|e| <= rho |G r| + rho G |e|`.
+//! Estimates at points: `|e| <= rho |G r| + rho G |e|`.
 //!
 //! Of |e| a point gathers from a source at most F times its largest value and `k_max` times its mean, k the kernel times the
 //! area. Means over receivers come first: with `F_y` the form factor to receiver i from a place y of receiver j,
@@ -8,12 +8,12 @@
 use radgrad_scene::{largest as larger, smallest as smaller};
 use rayon::prelude::*;
 
-use crate::bound::Bounds;
-use crate::bound::ledger::Ledger;
-use crate::bound::residual::{Found, Residuals};
-use crate::bound::rise::{self, Risen};
-use crate::bound::scene::Scene;
-use crate::bound::seen::{SeenSources, smaller_if_known};
+use crate::estimate::ErrorEstimate;
+use crate::estimate::ledger::Ledger;
+use crate::estimate::residual::{Found, Residuals};
+use crate::estimate::rise::{self, Risen};
+use crate::estimate::scene::Scene;
+use crate::estimate::seen::{SeenSources, smaller_if_known};
 use crate::links::cluster::far::Far;
 use crate::links::cluster::glow::Pair;
 use crate::links::cluster::view::View;
@@ -27,12 +27,12 @@ const MEAN_SWEEPS: usize = 8;
 /// How much more than its form factor a cluster's kernel may give before its elements get the whole form factor each.
 const BY_AREA: f64 = 100.0;
 
-/// Bounds on the error of gathers at points.
+/// Estimates of the error of gathers at points.
 #[derive(Debug)]
 pub(crate) struct Points {
     /// Whether each element is a receiver.
     receives: Vec<bool>,
-    /// For each element, channel after channel, the mean over it, and the largest value at its nodes; `None` if there is no bound.
+    /// For each element, channel after channel, the mean over it, and the largest value at its nodes; `None` if there is no estimate.
     means: Vec<f64>,
     risen: Option<Risen>,
     /// For each channel, the residual on each cluster, and the error of gathers there.
@@ -42,30 +42,30 @@ pub(crate) struct Points {
 }
 
 impl Points {
-    /// From a bound on the mean.
-    pub(super) fn of(scene: Scene<'_>, bounds: &Bounds) -> Self {
+    /// From the estimate of the mean magnitude.
+    pub(super) fn of(scene: Scene<'_>, estimate: &ErrorEstimate) -> Self {
         let Scene { mesh, receivers, links, far, channels, .. } = scene;
         let receives = scene.receives();
         let seen = scene.seen(&receives);
-        let [direct, reflected] = &bounds.residuals;
+        let [direct, reflected] = &estimate.residuals;
         let left_on_clusters = scene.pairs_of(&[direct, reflected]);
         let own = |(index, &receiver): (usize, &usize)| -> Vec<f64> {
             let of_node = |channel: usize, node: usize| {
                 let rows = links[receiver].iter().map(|link| (link.source, &link.rows[node]));
-                let near = bounds.gathered(mesh, channel, rows, (&seen[index], node)).total();
+                let near = estimate.gathered(mesh, channel, rows, (&seen[index], node)).total();
                 (near + far[receiver].gathered(node, &left_on_clusters[channel])) * scene.reflectance(receiver, channel)
             };
             let nodes = seen[index].nodes;
             (0..channels).flat_map(|channel| (0..nodes).map(move |node| (channel, node))).map(|(c, n)| of_node(c, n)).collect()
         };
         let own: Vec<Vec<f64>> = receivers.par_iter().enumerate().map(own).collect();
-        // Each time from a bound that holds: at first a point may gather the largest error from everywhere.
+        // Each time from one that holds: at first a point may gather the largest error from everywhere.
         let mut means = vec![0.0; mesh.elements().len() * channels];
         receivers.iter().for_each(|&receiver| means[receiver * channels..(receiver + 1) * channels].fill(f64::INFINITY));
         scene.pull(&receives, &mut means, |of| 0.25 * of.iter().sum::<f64>());
         let mut risen = Risen::of(scene, &receives, &seen, &own, &means);
         if let Some(first) = &risen {
-            scene.spread(&receives, &seen, bounds, first, &mut means);
+            scene.spread(&receives, &seen, estimate, first, &mut means);
             risen = Risen::of(scene, &receives, &seen, &own, &means);
         }
         let errors = |risen: &Risen| rise::pairs(scene, &risen.largest, &means);
@@ -73,18 +73,18 @@ impl Points {
         Self { receives, means, risen, left_on_clusters, error_of_clusters, channels }
     }
 
-    /// The bound on the error of gathers at every point of a receiver.
-    pub(crate) fn on_receiver(&self, bounds: &Bounds, receiver: usize, channel: usize) -> Ledger {
+    /// The estimate of the error of gathers at every point of a receiver, the most.
+    pub(crate) fn on_receiver(&self, estimate: &ErrorEstimate, receiver: usize, channel: usize) -> Ledger {
         let most = self.risen.as_ref().map_or(f64::INFINITY, |risen| risen.most(receiver * self.channels + channel));
-        bounds.shares[channel].map(|share| if share > 0.0 { share * most } else { 0.0 })
+        estimate.shares[channel].map(|share| if share > 0.0 { share * most } else { 0.0 })
     }
 
-    /// The bound at a point, from what each of its links gives, and its clusters.
+    /// The estimate at a point, from what each of its links gives, and its clusters.
     /// `rho` is the reflectance there.
     pub(crate) fn at(
         &self,
         scene: Scene<'_>,
-        bounds: &Bounds,
+        estimate: &ErrorEstimate,
         station: &Station,
         (rows, far): (&[(usize, Row)], &Far),
         rho: &[f64],
@@ -100,16 +100,16 @@ impl Points {
                 }
                 None => f64::INFINITY,
             };
-            let carried = bounds.shares[channel].map(|share| if share > 0.0 { share * carried } else { 0.0 });
+            let carried = estimate.shares[channel].map(|share| if share > 0.0 { share * carried } else { 0.0 });
             let discretisation = far.gathered(0, &self.left_on_clusters[channel]);
             let of_clusters = Ledger { discretisation, ..Ledger::default() };
-            (bounds.gathered(scene.mesh, channel, rows, (&seen, 0)) + of_clusters + carried) * *rho
+            (estimate.gathered(scene.mesh, channel, rows, (&seen, 0)) + of_clusters + carried) * *rho
         };
         rho.iter().enumerate().map(of_channel).collect()
     }
 }
 
-impl Bounds {
+impl ErrorEstimate {
     /// What a point gathers at most of the residual.
     fn gathered<'a>(
         &self,
@@ -134,7 +134,7 @@ impl Bounds {
 impl Scene<'_> {
     /// Mean errors of receivers, `A_i e_i <= rho_i sum_j max F_ij A_j (|r|_j + e_j)`, from those that hold already and from the
     /// mean over all: `sum_j A_j e_j` is known.
-    fn spread(&self, receives: &[bool], seen: &[SeenSources], bounds: &Bounds, risen: &Risen, means: &mut [f64]) {
+    fn spread(&self, receives: &[bool], seen: &[SeenSources], estimate: &ErrorEstimate, risen: &Risen, means: &mut [f64]) {
         let (mesh, receivers, far, channels) = (self.mesh, self.receivers, self.far, self.channels);
         let area: f64 = receivers.iter().map(|&receiver| mesh.elements()[receiver].area()).sum();
         // Which receivers get how much at most of what leaves each.
@@ -155,7 +155,7 @@ impl Scene<'_> {
         let widest = |&receiver: &usize| (0..far[receiver].len()).map(|index| far[receiver].widest(index)).collect();
         let widest: Vec<Vec<View>> = receivers.par_iter().map(widest).collect();
         for channel in 0..channels {
-            let whole = area * bounds.mean[channel].total();
+            let whole = area * estimate.mean[channel].total();
             for &receiver in receivers {
                 let at = receiver * channels + channel;
                 means[at] = smaller(smaller(means[at], whole / mesh.elements()[receiver].area()), risen.most(at));
@@ -168,7 +168,7 @@ impl Scene<'_> {
                     let of = |residuals: &Residuals| {
                         residuals[receiver][channel].mean_ledger().total() + residuals[receiver][channel].mean_detail()
                     };
-                    let left = own * bounds.residuals.iter().map(of).sum::<f64>();
+                    let left = own * estimate.residuals.iter().map(of).sum::<f64>();
                     let error = own * means[receiver * channels + channel];
                     let add = |sums: &mut [f64; 3], most: f64| {
                         let [first, again, factor] = sums;

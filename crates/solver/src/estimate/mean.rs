@@ -19,24 +19,24 @@
 //! Neglected links, rounding and the unsolved rest of the linear system have no known sign, and go with z.
 //!
 //! # Textures
-//! The detail t of textures stays as elements become smaller, but `G t` does not ([`crate::bound::residual`]); so it counts in the
+//! The detail t of textures stays as elements become smaller, but `G t` does not ([`crate::estimate::residual`]); so it counts in the
 //! first sum from all sources, clusters with its magnitude, and in the second nowhere.
 
 use radgrad_scene::largest as larger;
 use rayon::prelude::*;
 
-use crate::bound::importance::Importance;
-use crate::bound::ledger::Ledger;
-use crate::bound::residual::{Found, Residual, Residuals};
-use crate::bound::scene::Scene;
-use crate::bound::seen::SeenSources;
+use crate::estimate::importance::Importance;
+use crate::estimate::ledger::Ledger;
+use crate::estimate::residual::{Found, Residual, Residuals};
+use crate::estimate::scene::Scene;
+use crate::estimate::seen::SeenSources;
 use crate::links::cluster::glow::Pair;
 use crate::mesh::texture::Pattern;
 
 /// Receivers below a source beyond which it is not asked whether all of them have a receiver in their sets.
 const MOST_BELOW: usize = 64;
 
-/// For each channel the bound and the parts that the sources of error have in it, and for each element that receives what its
+/// For each channel the estimate and the parts that the sources of error have in it, and for each element that receives what its
 /// residual counts for.
 #[derive(Debug)]
 pub(super) struct Mean {

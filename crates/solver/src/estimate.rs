@@ -1,13 +1,12 @@
-//! Bounds on the error: its mean over all area, and its magnitude at every point. Module [`proven`] has those that hold for any placement
-//! of light; the rest goes by samples, and is an estimate.
+//! Estimates of the error: its mean magnitude over all area, and its magnitude at every point.
 //!
 //! `B = E + rho G B`, with a kernel that is nowhere negative and the same both ways. Let `B_h` be the piecewise polynomial
 //! radiosity, `B_g = E + rho G B_h` what one exact gather makes of it, and `r = B_g - B_h` the residual
-//! ([`crate::bound::residual`]). The error of the gather obeys `e = B - B_g = rho G r + rho G e`.
+//! ([`crate::estimate::residual`]). The error of the gather obeys `e = B - B_g = rho G r + rho G e`.
 //!
 //! ```text
 //! links -> SeenSources  seen: what a receiver's nodes see of receivers and of the elements above them
-//!   -> importance       importance: z, how much of a unit of light is reflected anywhere; rise: bounds on what it leaves
+//!   -> importance       importance: z, how much of a unit of light is reflected anywhere; rise: what it leaves
 //!   -> mean             mean: |e| over all area, from z and from what cancels in G r
 //!   -> at points        point: largest values near by and means far away, when they are asked for
 //! ```
@@ -17,7 +16,7 @@
 //!
 //! Where a figure has to hold at every point of an element, the difference between the largest value at the nodes and the least
 //! is added. That, and the values of z and of gathers of the residual between nodes, are estimates of the same kind as the
-//! residual's.
+//! residual's. Only what no sample sees is bounded by geometry ([`unseen`]).
 
 mod importance;
 pub(crate) mod ledger;
@@ -31,17 +30,17 @@ pub(crate) mod unseen;
 
 use std::sync::OnceLock;
 
-use crate::bound::ledger::Ledger;
-use crate::bound::point::Points;
-use crate::bound::residual::Residuals;
-use crate::bound::scene::Scene;
 use crate::error::Error;
+use crate::estimate::ledger::Ledger;
+use crate::estimate::point::Points;
+use crate::estimate::residual::Residuals;
+use crate::estimate::scene::Scene;
 use crate::mesh::Mesh;
 
-/// Bounds for each channel.
+/// Estimates for each channel.
 #[derive(Debug, Default)]
-pub(crate) struct Bounds {
-    /// On the mean magnitude of the error of gathers over all area.
+pub(crate) struct ErrorEstimate {
+    /// Of the mean magnitude of the error of gathers over all area.
     pub(crate) mean: Vec<Ledger>,
     /// What direct and reflected light leave out on each element.
     pub(crate) residuals: [Residuals; 2],
@@ -53,8 +52,8 @@ pub(crate) struct Bounds {
     points: OnceLock<Points>,
 }
 
-impl Bounds {
-    /// Bounds on the error all over the mesh, from what direct and reflected light leave out.
+impl ErrorEstimate {
+    /// Estimates of the error all over the mesh, from what direct and reflected light leave out.
     ///
     /// # Errors
     /// If light does not settle.
@@ -66,12 +65,12 @@ impl Bounds {
         Ok(Self { mean, residuals, weights, shares, points: OnceLock::new() })
     }
 
-    /// Bounds at points.
+    /// Estimates at points.
     pub(crate) fn points(&self, scene: Scene<'_>) -> &Points {
         self.points.get_or_init(|| Points::of(scene, self))
     }
 
-    /// How much a receiver adds to the bound on the mean, for a residual of that mean.
+    /// How much a receiver adds to the estimate of the mean magnitude, for a residual of that mean.
     pub(crate) fn share(&self, mesh: &Mesh, receiver: usize, channel: usize, mean: f64) -> f64 {
         mesh.elements()[receiver].area() * self.weights[receiver][channel] * mean
     }
