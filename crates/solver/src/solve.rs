@@ -322,6 +322,7 @@ fn dark(ready: &Prepared, options: &Options, (mesh, served): (Mesh, Served), clo
     Ok(Solution {
         rules: Rules::new(),
         direct: Vec::new(),
+        lamp_scales: Vec::new(),
         field: Field::dark(&mesh, channels.len()),
         own: Vec::new(),
         links: Vec::new(),
@@ -410,7 +411,10 @@ impl Solution {
         self.find_importance()?;
         let estimate = match (self.estimate_at_points(), options.marking) {
             (Some(at_points), _) => at_points,
-            (None, Marking::Residual) => self.relative(&self.mean_estimate()),
+            (None, Marking::Residual) => {
+                self.correct_mean();
+                self.relative(&self.mean_estimate())
+            }
             (None, Marking::Gradient | Marking::Shadows) => self.magnitude(),
         };
         let (round, gathers) = (self.progress.round + 1, self.progress.gathers);

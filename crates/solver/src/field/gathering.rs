@@ -71,10 +71,16 @@ impl Equation<'_> {
     pub(crate) fn change(&self, receiver: usize, field: &Field, own: &[f64], channels: usize) -> Vec<f64> {
         let len = self.mesh.basis(receiver).len();
         let mut change = vec![0.0; len * channels];
+        let root = self.mesh.root_of(receiver);
         for link in &self.links[receiver] {
             let count = link.matrix.len() / len;
             for (channel, sums) in change.chunks_exact_mut(len).enumerate() {
-                multiply(&link.matrix, link.scale, field.of(link.source, channel, count), sums);
+                let light = field.of(link.source, channel, count);
+                multiply(&link.matrix, light, sums);
+                if link.balance != 0.0 {
+                    let differs = light[0] - field.of(root, channel, self.mesh.basis(root).len())[0];
+                    sums.iter_mut().zip(link.matrix.iter().step_by(count)).for_each(|(sum, m)| *sum += link.balance * differs * m);
+                }
             }
         }
         for (channel, sums) in change.chunks_exact_mut(len).enumerate() {
@@ -86,9 +92,9 @@ impl Equation<'_> {
     }
 }
 
-/// Adds a matrix, row after row, times a number and a vector.
-pub(crate) fn multiply(matrix: &[f64], scale: f64, vector: &[f64], sum: &mut [f64]) {
+/// Adds a matrix, row after row, times a vector.
+pub(crate) fn multiply(matrix: &[f64], vector: &[f64], sum: &mut [f64]) {
     for (sum, row) in sum.iter_mut().zip(matrix.chunks_exact(vector.len())) {
-        *sum += scale * row.iter().zip(vector).map(|(m, v)| m * v).sum::<f64>();
+        *sum += row.iter().zip(vector).map(|(m, v)| m * v).sum::<f64>();
     }
 }

@@ -127,7 +127,7 @@ impl Equation<'_> {
         let (own, len) = (self.mesh.basis(gatherer).len(), self.mesh.basis(link.source).len());
         for (channel, (change, residual)) in change.chunks_exact(len).zip(residual.chunks_exact_mut(own)).enumerate() {
             let mut more = vec![0.0; own];
-            multiply(&link.matrix, link.scale, change, &mut more);
+            multiply(&link.matrix, change, &mut more);
             self.surfaces.reflect(self.mesh, gatherer, channel, &mut more);
             residual.iter_mut().zip(more).for_each(|(r, more)| *r += more);
         }

@@ -78,18 +78,16 @@ struct Part {
     /// Squares of what both may be off by, and of what links of the swapped gather neglect.
     off: f64,
     neglected: f64,
+    /// What the rules of nodes may be off by: the same way wherever faces meet, so that it adds up by itself.
+    rule: f64,
     /// By light that no sample sees.
     unseen: f64,
 }
 
 impl Part {
-    fn found(&self) -> f64 {
-        (self.swapped + self.detail).abs()
-    }
-
     /// What that may be off by.
     fn off_by(&self) -> f64 {
-        (self.off + self.neglected).sqrt()
+        (self.off + self.neglected).sqrt().hypot(self.rule)
     }
 
     fn and(self, other: Self) -> Self {
@@ -98,10 +96,14 @@ impl Part {
             detail: self.detail + other.detail,
             off: self.off + other.off,
             neglected: self.neglected + other.neglected,
+            rule: self.rule + other.rule,
             unseen: self.unseen + other.unseen,
         }
     }
 }
+
+/// What is left of the error once what was found is added to the mean, over what is found by rough and by fine links.
+const STILL_OFF_BY: f64 = 0.65;
 
 /// Over all else that was found, what links may neglect of the importance before finer ones are made, and over the mean, as no more is found
 /// than rounding leaves; the part of it that the finer ones may, and how often these are made.
@@ -295,11 +297,10 @@ impl Solution {
         let area = self.mesh.area();
         let layers = for_each(&self.receivers, |receiver| self.layers_on(receiver, &importance.sent))?;
         let mut parts = self.parts(&importance, (&below, &layers));
-        // By finer links than light's the nodes' rule alone finds something where faces meet, so that what these find is not sure.
-        let sure: Vec<f64> = parts.iter().map(|part| part.found() - part.off_by() - part.unseen).collect();
+        let rough: Vec<f64> = parts.iter().map(|part| part.swapped + part.detail).collect();
         for _ in 0..MOST_REFINEMENTS {
             let is_rough = |(part, mean): (&Part, &f64)| {
-                let rest = square(part.found()) + part.off + square(part.unseen);
+                let rest = square(part.swapped + part.detail) + part.off + square(part.unseen);
                 part.neglected > square(LITTLE) * rest && part.neglected > square(ROUNDED * mean * area)
             };
             if !parts.iter().zip(&self.mean).any(is_rough) || !self.refine_importance(&mut importance)? {
@@ -307,19 +308,15 @@ impl Solution {
             }
             parts = self.parts(&importance, (&below, &layers));
         }
-        let of_channel = |((part, sure), most): ((&Part, f64), &Ledger)| {
-            // What was found has a sign; what it may be off by adds to that by squares. In all it is no more than what gathers are off by,
-            // but for what was surely found.
+        let of_channel = |((part, rough), most): ((&Part, f64), &Ledger)| {
             let (found, off) = ((part.swapped + part.detail) / area, part.off_by().hypot(part.unseen) / area);
-            let all = found.hypot(off);
-            let total = largest(sure / area, smallest(all, most.total()));
+            let left = STILL_OFF_BY * found.hypot(rough / area);
+            let total = smallest(left.hypot(off), most.total());
             let (discretisation, computation) = (part.detail.abs() + part.unseen, part.swapped.abs() + part.off_by());
             let parts = Ledger { discretisation, computation, ..Ledger::default() };
-            let share = ratio(total, all);
-            if std::env::var("RG_EST").is_ok() { eprintln!("found {:.5} swapped {:.5} detail {:.5} off {:.5} negl {:.5} unseen {:.5} sure {:.5} most {:.5} share {:.3}", found, part.swapped / area, part.detail / area, part.off.sqrt() / area, part.neglected.sqrt() / area, part.unseen / area, sure / area, most.total(), share); }
-            MeanError { estimate: parts * ratio(total, parts.total()), found: share * found, off: share * off }
+            MeanError { estimate: parts * ratio(total, parts.total()), found, off }
         };
-        Ok(Some(parts.iter().zip(sure).zip(&self.error_estimate.mean).map(of_channel).collect()))
+        Ok(Some(parts.iter().zip(rough).zip(&self.error_estimate.mean).map(of_channel).collect()))
     }
 
     /// What layers on a receiver add to the integrals, in each channel.
@@ -422,7 +419,7 @@ impl Solution {
         // What the swapped gather is off by.
         let power = (held[0] + lamp).abs() * area;
         let off = square(power * self.off_by_links(importance, at, channel, by, true));
-        let of_links = by.0.iter().map(|link| square(TYPICAL * power * self.neglected_by(link, importance, at, channel)));
+        let of_links = by.0.iter().map(|link| square(power * self.neglected_by(link, importance, at, channel)));
         let mut part = Part { swapped: area * defect, off, neglected: of_links.sum(), ..Part::default() };
         let (mut by_polynomial, mut off_below) = (0.0, BTreeMap::new());
         if rho > 0.0 {
@@ -454,7 +451,7 @@ impl Solution {
                 self.add_details(&mut part, leaf, (&self.direct_samples(leaf, channel), &z), by.1.is_empty().then_some(&excess));
             }
         }
-        part.off += square(by_polynomial * off_by_rule(at, &excess));
+        part.rule += by_polynomial.abs() * off_by_rule(at, &excess);
         part.off += off_below.into_values().map(square).sum::<f64>();
         part
     }

@@ -1,7 +1,7 @@
 //! Queries to a solution: its mesh, its polynomials and estimates of their errors.
 
 use radgrad_core::DVec3;
-use radgrad_scene::{Placement, Warning};
+use radgrad_scene::{Placement, Warning, largest};
 
 use crate::estimate::ledger::Ledger;
 use crate::field::gathering::irradiance;
@@ -64,6 +64,16 @@ impl Solution {
     #[must_use]
     pub fn mean_estimate(&self) -> Vec<Ledger> {
         self.mean_error().iter().map(|error| error.estimate).collect()
+    }
+
+    /// Adds to the mean what is found of its error.
+    pub(super) fn correct_mean(&mut self) {
+        let found: Vec<f64> = self.mean_error().iter().map(|error| error.found).collect();
+        for ((mean, reflected), found) in self.mean.iter_mut().zip(&mut self.reflected).zip(found) {
+            // No less than what is emitted.
+            let found = largest(found, -*reflected);
+            (*mean, *reflected) = (*mean + found, *reflected + found);
+        }
     }
 
     /// The estimate with its two parts.

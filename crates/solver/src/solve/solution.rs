@@ -49,6 +49,8 @@ pub struct Solution {
     pub(crate) lamps: Lamps,
     /// Direct light on each leaf.
     pub(crate) direct: Vec<Direct>,
+    /// By what the balance of exchanges multiplies the light of each lamp on each root; none where all are 1.
+    pub(super) lamp_scales: Vec<f64>,
     /// All light that elements send out, but for what lamps emit.
     pub(crate) field: Field,
     /// Coefficients of the receivers themselves: light reflected twice or more, and emission where no lamps are kept apart.
