@@ -64,7 +64,7 @@ const TOWERS: &[Tower] = &[
             &["mesh"],
             &["links"],
             &["field"],
-            &["bound"],
+            &["estimate"],
             &["solve"],
             &["picture"],
             &["receiver"],
