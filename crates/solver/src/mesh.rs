@@ -114,7 +114,7 @@ impl Mesh {
             && (0..polygons.len()).all(|face| others(face).next().is_none());
         let (mut elements, mut roots_of_face) = (Vec::new(), vec![Vec::new(); polygons.len()]);
         for (face, polygon) in polygons.iter().enumerate().filter(|(face, _)| exchanges[*face]) {
-            let by_feet = || contact::cut(polygon, &convex[face], others(face));
+            let by_feet = || contact::cut(polygon, &convex[face], others(face), matches!(cut, Cut::Few));
             let squares = || {
                 let parts = by_feet().unwrap_or_else(|| convex[face].clone()).into_iter();
                 let parallelograms =

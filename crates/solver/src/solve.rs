@@ -9,7 +9,6 @@
 //! asked for along shadow lines ([`crate::solve::shadows`]); by thresholds, nothing after the first round
 //! ([`crate::links::linking`]).
 
-mod balance;
 mod check;
 pub(crate) mod detail;
 mod divide;
@@ -322,7 +321,6 @@ fn dark(ready: &Prepared, options: &Options, (mesh, served): (Mesh, Served), clo
     Ok(Solution {
         rules: Rules::new(),
         direct: Vec::new(),
-        lamp_scales: Vec::new(),
         field: Field::dark(&mesh, channels.len()),
         own: Vec::new(),
         links: Vec::new(),
@@ -384,7 +382,6 @@ impl Solution {
         self.light(of_direct, options, light)?;
         let mut refined = self.clock.elapsed().saturating_sub(began);
         self.link(self.allowed, options.linking, links)?;
-        self.balance();
         self.clock = self.clock.for_estimate(options.time, self.mesh.clusters().root().is_some());
         if self.progress.round == 0 && self.mesh.clusters().root().is_some() {
             self.fill_evenly();
@@ -395,9 +392,6 @@ impl Solution {
             let began = self.clock.elapsed();
             let changed = options.linking == Linking::Error && self.refine(self.allowed, links)?;
             refined += self.clock.elapsed().saturating_sub(began);
-            if changed {
-                self.balance();
-            }
             self.sweep(options.order, 1e-2 * aim)?;
             if !changed {
                 break;

@@ -71,16 +71,10 @@ impl Equation<'_> {
     pub(crate) fn change(&self, receiver: usize, field: &Field, own: &[f64], channels: usize) -> Vec<f64> {
         let len = self.mesh.basis(receiver).len();
         let mut change = vec![0.0; len * channels];
-        let root = self.mesh.root_of(receiver);
         for link in &self.links[receiver] {
             let count = link.matrix.len() / len;
             for (channel, sums) in change.chunks_exact_mut(len).enumerate() {
-                let light = field.of(link.source, channel, count);
-                multiply(&link.matrix, light, sums);
-                if link.balance != 0.0 {
-                    let differs = light[0] - field.of(root, channel, self.mesh.basis(root).len())[0];
-                    sums.iter_mut().zip(link.matrix.iter().step_by(count)).for_each(|(sum, m)| *sum += link.balance * differs * m);
-                }
+                multiply(&link.matrix, field.of(link.source, channel, count), sums);
             }
         }
         for (channel, sums) in change.chunks_exact_mut(len).enumerate() {

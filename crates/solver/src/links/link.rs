@@ -17,9 +17,6 @@ pub(crate) struct Link {
     pub(crate) rows: Vec<Row>,
     /// The projection of the rows: for each of the receiver's functions, the light of each of the source's.
     pub(crate) matrix: Vec<f64>,
-    /// The part of the source's mean less that of the receiver's root that is added for the balance of exchanges
-    /// ([`crate::solve::balance`]).
-    pub(crate) balance: f64,
 }
 
 /// The rows of links.

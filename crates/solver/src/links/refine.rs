@@ -100,7 +100,7 @@ impl Optics<'_> {
         let rows = stations.iter().map(|station| optics.receive(station, source, &sight, count));
         let rows = rows.collect::<Result<Vec<Row>, _>>()?;
         let matrix = gatherer.basis(self.mesh).map_or_else(Vec::new, |basis| projected(basis, &rows, count));
-        Ok(Link { source, sight, rows, matrix, balance: 0.0 })
+        Ok(Link { source, sight, rows, matrix })
     }
 
     /// Evaluates links once more whose sources became so bright that errors of evaluations count, while there is time. Returns whether

@@ -337,17 +337,6 @@ impl Basis {
         coefficients
     }
 
-    /// The mean of the product of what two samples have beyond the next degree, by the rule of the nodes.
-    pub(crate) fn product_beyond(&self, a: &[f64], b: &[f64]) -> f64 {
-        let Some(above) = &self.above else { return 0.0 };
-        let beyond = |samples: &[f64]| -> Vec<f64> {
-            let seen = above.project(samples);
-            above.at_nodes.iter().zip(samples).map(|(at, sample)| sample - dot(at, &seen)).collect()
-        };
-        let products = beyond(a).into_iter().zip(beyond(b)).zip(&self.nodes);
-        products.map(|((a, b), node)| node.weight * a * b).sum()
-    }
-
     /// A bound on the magnitude of each function.
     pub(crate) fn sizes(&self) -> &[f64] {
         &self.sizes

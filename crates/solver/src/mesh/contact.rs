@@ -13,19 +13,21 @@ use radgrad_scene::{largest, smallest};
 /// Fraction of the face's size within which points are in its plane or on an edge.
 const LEVEL: f64 = 1e-9;
 
-/// The height of a face that is parallel to another, over the root of its area, up to which it hangs close over that; and the sine up to which they are
-/// parallel.
-pub(crate) const CLOSE: f64 = 0.4;
+/// The height of a face that is parallel to another and faces it, over the root of the smaller area, up to which it hangs close over that: half of it
+/// for one that shows its back, which is dark in any case; and the sine up to which they are parallel.
+pub(crate) const CLOSE: f64 = 0.8;
 const PARALLEL: f64 = 1e-3;
 
 /// Parts of a face beyond which cutting costs more than it gains: it is then left whole.
 const MOST_PARTS: usize = 64;
 
-/// Convex parts of a face, given its own, between the edges that `others` put down on it; `None` if there is nothing to cut.
+/// Convex parts of a face, given its own, between the edges that `others` put down on it, or where that is asked for hang close over it; `None` if
+/// there is nothing to cut.
 pub(crate) fn cut<'a>(
     face: &Polygon,
     convex: &[Vec<DVec3>],
     others: impl Iterator<Item = &'a Polygon>,
+    below_close: bool,
 ) -> Option<Vec<Vec<DVec3>>> {
     let (normal, size) = (face.normal(), face.size());
     let level = LEVEL * size;
@@ -36,8 +38,10 @@ pub(crate) fn cut<'a>(
         if !v.iter().any(|&p| height(p) > level) {
             continue;
         }
-        let is_parallel = normal.cross(other.normal()).length() <= PARALLEL;
-        let hangs = is_parallel && v.iter().all(|&p| height(p) > level && height(p) <= CLOSE * other.area().sqrt());
+        let part = if normal.dot(other.normal()) < 0.0 { CLOSE } else { 0.5 * CLOSE };
+        let close = part * smallest(face.area(), other.area()).sqrt();
+        let is_parallel = below_close && normal.cross(other.normal()).length() <= PARALLEL;
+        let hangs = is_parallel && v.iter().all(|&p| height(p) > level && height(p) <= close);
         for (i, &a) in v.iter().enumerate() {
             let b = v[(i + 1) % v.len()];
             let stands = height(a).abs() <= level && height(b).abs() <= level;
@@ -118,16 +122,16 @@ mod tests {
         let (low, high) = (square(1.0, 2.0, 0.0), square(1.0, 2.0, 1.0));
         let side = |i: usize| Polygon::new(vec![low[i], low[(i + 1) % 4], high[(i + 1) % 4], high[i]]).unwrap();
         let sides: Vec<Polygon> = (0..4).map(side).collect();
-        let parts = cut(&floor, &[floor.vertices().to_vec()], sides.iter()).unwrap();
+        let parts = cut(&floor, &[floor.vertices().to_vec()], sides.iter(), true).unwrap();
         let areas: Vec<f64> = parts.iter().map(|part| Polygon::new(part.clone()).unwrap().area()).collect();
         assert_eq!(parts.len(), 5);
         assert!((areas.iter().sum::<f64>() - 16.0).abs() < 1e-12);
         assert!(areas.iter().any(|area| (area - 1.0).abs() < 1e-12), "{areas:?}");
         // A polygon that hangs close over the floor cuts it likewise; one that hangs higher, or ends at its edge, cuts nothing.
         let close = Polygon::new(square(1.0, 2.0, 0.1)).unwrap();
-        assert_eq!(cut(&floor, &[floor.vertices().to_vec()], std::iter::once(&close)).map(|parts| parts.len()), Some(5));
+        assert_eq!(cut(&floor, &[floor.vertices().to_vec()], std::iter::once(&close), true).map(|parts| parts.len()), Some(5));
         let above = Polygon::new(high).unwrap();
         let wall = Polygon::new([[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [4.0, 0.0, 4.0]].map(DVec3::from).to_vec()).unwrap();
-        assert_eq!(cut(&floor, &[floor.vertices().to_vec()], [above, wall].iter()), None);
+        assert_eq!(cut(&floor, &[floor.vertices().to_vec()], [above, wall].iter(), true), None);
     }
 }

@@ -119,42 +119,13 @@ impl Solution {
 
     /// The projection of the irradiance of lamps on an element.
     pub(super) fn direct_irradiance(&self, element: usize, channel: usize) -> Vec<f64> {
-        self.mesh.basis(element).project(&self.light_at_nodes(element, channel))
-    }
-
-    /// The irradiance of lamps at the nodes of an element, with what the balance of exchanges multiplies it by.
-    fn light_at_nodes(&self, element: usize, channel: usize) -> Vec<f64> {
-        let lamps = self.lamps.roots();
-        let first = self.mesh.root_of(element) * lamps.len();
-        let nodes = self.direct[element].nodes.iter();
-        let Some(scales) = self.lamp_scales.get(first..first + lamps.len()) else {
-            return nodes.map(|lit| lit.irradiance[channel]).collect();
-        };
-        let emitted = |lamp: usize| self.surfaces.emitted[self.mesh.elements()[lamp].face()][channel];
-        let sent: Vec<f64> = lamps.iter().zip(scales).map(|(&lamp, scale)| scale * emitted(lamp)).collect();
-        nodes.map(|lit| lit.factors.iter().zip(&sent).map(|(factor, sent)| factor * sent).sum()).collect()
-    }
-
-    /// Multiplies the light of each lamp on each root by these numbers, in the place of those before.
-    pub(super) fn scale_lamps(&mut self, scales: Vec<f64>) {
-        let leaves: Vec<usize> = self.mesh.leaves().filter(|_| !self.direct.is_empty()).collect();
-        let projected = |this: &Self| -> Vec<Vec<Vec<f64>>> {
-            leaves.iter().map(|&leaf| (0..this.channels.len()).map(|channel| this.projected(leaf, channel)).collect()).collect()
-        };
-        let before = projected(self);
-        self.lamp_scales = scales;
-        let after = projected(self);
-        for ((&leaf, before), after) in leaves.iter().zip(before).zip(after) {
-            for (channel, (before, mut change)) in before.into_iter().zip(after).enumerate() {
-                change.iter_mut().zip(before).for_each(|(change, before)| *change -= before);
-                self.field.add(&self.mesh, leaf, channel, &change);
-            }
-        }
+        let at_nodes: Vec<f64> = self.direct[element].nodes.iter().map(|lit| lit.irradiance[channel]).collect();
+        self.mesh.basis(element).project(&at_nodes)
     }
 
     /// Irradiance of lamps at the nodes times the face's reflectance, the largest where it has a texture.
     pub(super) fn direct_samples(&self, element: usize, channel: usize) -> Vec<f64> {
         let rho = self.surfaces.reflectance[self.mesh.elements()[element].face()][channel];
-        self.light_at_nodes(element, channel).into_iter().map(|light| rho * light).collect()
+        self.direct[element].nodes.iter().map(|lit| rho * lit.irradiance[channel]).collect()
     }
 }

@@ -36,7 +36,8 @@ const MOST_PARTS: usize = 400;
 
 /// The mesh with bases of a degree, cut for the error asked for.
 pub(super) fn mesh(ready: &Prepared, options: &Options, degree: usize) -> Result<Mesh, Error> {
-    let whole = Mesh::new(&ready.scene, degree)?;
+    // What shadows need is cut here, and no more.
+    let whole = Mesh::cut(&ready.scene, degree, Cut::Parts(&[]))?;
     if whole.clusters().root().is_some() || whole.roots().len() >= MOST_PARTS {
         return Ok(whole);
     }
@@ -51,7 +52,7 @@ pub(super) fn mesh(ready: &Prepared, options: &Options, degree: usize) -> Result
         most_elements: 1,
         ..*options
     };
-    let mut first = Mesh::new(&ready.scene, DEGREE)?;
+    let mut first = Mesh::cut(&ready.scene, DEGREE, Cut::Parts(&[]))?;
     divide_evenly(&mut first, ROUGH)?;
     let mut solution = dark(ready, &rough, (first, Served::default()), Clock::started())?;
     solution.round(&rough, Duration::ZERO)?;

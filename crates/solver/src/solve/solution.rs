@@ -49,8 +49,6 @@ pub struct Solution {
     pub(crate) lamps: Lamps,
     /// Direct light on each leaf.
     pub(crate) direct: Vec<Direct>,
-    /// By what the balance of exchanges multiplies the light of each lamp on each root; none where all are 1.
-    pub(super) lamp_scales: Vec<f64>,
     /// All light that elements send out, but for what lamps emit.
     pub(crate) field: Field,
     /// Coefficients of the receivers themselves: light reflected twice or more, and emission where no lamps are kept apart.
@@ -207,9 +205,9 @@ pub(super) fn means(field: &Field, mesh: &Mesh, [lamps, others]: &[Vec<f64>; 2])
 /// The error of the mean radiosity over all area in a channel, as the importance finds it ([`crate::solve::dual`]).
 #[derive(Debug, Clone, Copy)]
 pub(super) struct MeanError {
-    /// Estimate of its size, as a root mean square of the two parts.
+    /// Estimate of what is left of it once the correction is added.
     pub(super) estimate: Ledger,
-    /// The part that was found, with its sign, and the likely error of that part.
+    /// The error as it was found, with its sign, and the likely error of that.
     pub(super) found: f64,
     pub(super) off: f64,
 }
