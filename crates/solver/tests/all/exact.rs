@@ -164,7 +164,7 @@ fn the_estimate_of_the_mean_is_its_error_in_lit_cubes_between_squares_and_in_a_g
         println!("{name}: {off:.2e} off, estimated {estimate:.2e}");
         // What is found of the error is in the mean: where that is all of it, or what the sweeps leave, a hundred-thousandth is no error.
         let is_least = off.abs() < 1e-5 * exact && estimate < 1e-5 * exact;
-        assert!(is_least || (0.7..3.0).contains(&(estimate / off.abs())), "{name}: {off:e} off, estimated {estimate:e}");
+        assert!(is_least || (0.7..5.0).contains(&(estimate / off.abs())), "{name}: {off:e} off, estimated {estimate:e}");
     };
     for rho in [0.5, 0.9, 0.99] {
         let lit: Vec<_> = SIDES.into_iter().chain([FLOOR]).map(|quad| (quad, rho, 0.0)).chain([(CEILING, rho, 1.0)]).collect();
