@@ -10,9 +10,11 @@ use crate::sampler::{Sampler, power_of_two};
 
 mod exact;
 mod odd;
+mod world;
 
 pub(super) use exact::{groove, manufactured, sphere, strips};
 pub(super) use odd::odd;
+pub(super) use world::{even_box, nested, plates, rounded};
 
 /// Points asked at.
 const PROBES: usize = 3;
@@ -209,17 +211,24 @@ fn point_on(corners: &[DVec3], s: &mut Sampler) -> DVec3 {
 
 /// Turned about the origin in half the cases.
 fn turned_or_not(mut model: Model, s: &mut Sampler) -> Model {
-    if s.one_in(2) {
-        return model;
+    if !s.one_in(2) {
+        turn(&mut model, turning(s));
     }
+    model
+}
+
+/// Where the axes go in a turn at random.
+fn turning(s: &mut Sampler) -> [DVec3; 3] {
     let x = s.direction();
     let y = s.perpendicular(x);
-    let z = x.cross(y);
+    [x, y, x.cross(y)]
+}
+
+fn turn(model: &mut Model, [x, y, z]: [DVec3; 3]) {
     let turned = |p: DVec3| x * p.x + y * p.y + z * p.z;
     let corners = model.parts.iter_mut().flat_map(|part| &mut part.corners);
     let positions = model.probes.iter_mut().map(|probe| &mut probe.position);
     corners.chain(positions).for_each(|p| *p = turned(*p));
-    model
 }
 
 /// The same in three channels that differ.
@@ -269,35 +278,6 @@ pub(super) fn furnace(s: &mut Sampler) -> Model {
     model.exact = Exact::Even(1.0);
     model.closed = true;
     model
-}
-
-/// A box with sides of 1, of which each is so many squares by as many, where every one emits what it does not reflect.
-pub(super) fn even_box(side: usize) -> Model {
-    let rho = 0.5;
-    let cell = |corners: &[DVec3], i: usize, j: usize| {
-        let (u, v) = ((corners[1] - corners[0]) / side as f64, (corners[3] - corners[0]) / side as f64);
-        quad(corners[0] + u * i as f64 + v * j as f64, u, v)
-    };
-    let cells = |corners: Vec<DVec3>| (0..side * side).map(move |k| cell(&corners, k / side, k % side)).collect::<Vec<_>>();
-    let faces = cuboid(DVec3::ZERO, DVec3::ONE, true).into_iter().flat_map(cells);
-    let parts: Vec<Part> = faces.map(|corners| Part::new(corners, rho, furnace_emission(rho))).collect();
-    let probes = (0..6).map(|k| k * side * side + k).map(|part| {
-        let corners = &parts[part].corners;
-        Probe { part, position: (corners[0] + corners[2]) * 0.5 }
-    });
-    let probes = probes.collect();
-    let (exact, expected) = (Exact::Even(1.0), Expected::Answer);
-    Model {
-        parts,
-        probes,
-        exact,
-        expected,
-        closed: true,
-        change: Change::None,
-        error: 1.0,
-        degree: Some(0),
-        ways: Ways::default(),
-    }
 }
 
 pub(super) fn facing(s: &mut Sampler) -> Model {

@@ -84,11 +84,6 @@ pub struct Table {
     pub statements: Vec<(Name, Judged)>,
 }
 
-/// The subjects of scene `index`: factors and fields of every third scene.
-fn subjects(index: u64) -> &'static [Subject] {
-    if index.is_multiple_of(3) { &Subject::ALL } else { &Subject::ALL[..1] }
-}
-
 impl Table {
     /// So many scenes, shared among the families, on all cores. `done` is called after each, from any thread, with what is wrong with it.
     pub fn of(families: &[Family], cases: u64, seed: u64, effort: &Effort, done: impl Fn(Name, &[Violation]) + Sync) -> Self {
@@ -98,7 +93,7 @@ impl Table {
         let of = |&name: &Name| {
             let model = name.model();
             let judged = |&subject: &Subject| (subject, judge_as_sharply(&model, subject, (effort, Sharpness::OfBounds)));
-            let outcomes: Vec<(Subject, Outcome)> = subjects(name.index).iter().map(judged).collect();
+            let outcomes: Vec<(Subject, Outcome)> = name.family.subjects(name.index).iter().map(judged).collect();
             let failing = outcomes.iter().filter(|(_, outcome)| outcome.fails(&model));
             let violations: Vec<Violation> =
                 failing.map(|(subject, outcome)| Violation { name, subject: *subject, faults: outcome.faults(&model) }).collect();
@@ -143,23 +138,25 @@ impl Table {
     /// Scenes.
     #[must_use]
     pub fn scenes(&self) -> u64 {
-        self.sum(|(subject, row)| if subject == Subject::Solve { row.scenes } else { 0 })
+        // Of each family the first thing that is asked is asked of every scene.
+        let is_first = |family: Family, subject| family.subjects(0).first() == Some(&subject);
+        self.rows.iter().filter(|((family, subject), _)| is_first(*family, *subject)).map(|(_, row)| row.scenes).sum()
     }
 
     /// Bounds that were judged.
     #[must_use]
     pub fn judged(&self) -> u64 {
-        self.sum(|(_, row)| row.held + row.broken)
+        self.sum(|row| row.held + row.broken)
     }
 
     /// Bounds broken, and scenes that failed otherwise.
     #[must_use]
     pub fn wrong(&self) -> u64 {
-        self.sum(|(_, row)| row.broken + row.failed)
+        self.sum(|row| row.broken + row.failed)
     }
 
-    fn sum(&self, of: impl Fn((Subject, &Row)) -> u64) -> u64 {
-        self.rows.iter().map(|((_, subject), row)| of((*subject, row))).sum()
+    fn sum(&self, of: impl Fn(&Row) -> u64) -> u64 {
+        self.rows.values().map(of).sum()
     }
 
     /// Families and subjects of which too small a part was judged.
