@@ -112,6 +112,17 @@ fn planted_faults_are_found() {
 }
 
 #[test]
+fn a_plate_of_a_thousand_faces_that_glows_too_little_is_noticed() {
+    let mut model = Family::Plates.model(1, 0);
+    let outcome = judge(&model, Subject::Solve, &EFFORT);
+    assert!(!outcome.fails(&model), "{:?}", outcome.faults(&model));
+    // The bound, of faces that are divided no further, does not tell.
+    model.parts.last_mut().unwrap().emitted[0] *= 0.9;
+    let Ending::Judged(all) = judge(&model, Subject::Solve, &EFFORT).ending else { panic!("no answer") };
+    assert!(all.iter().any(|one| one.verdict == Verdict::Broken));
+}
+
+#[test]
 fn of_faces_on_faces_each_place_is_seen_once_in_the_scene_in_smaller_ones_and_in_the_file() {
     let area = |outline: &[DVec3]| Polygon::new(outline.to_vec()).unwrap().area();
     let seen = |model: &Model| model.seen().iter().map(|(_, outline)| area(outline)).sum::<f64>();
