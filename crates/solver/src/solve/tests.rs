@@ -4,6 +4,7 @@ mod clusters;
 mod edges;
 mod gradients;
 mod links;
+mod plates;
 mod proven;
 mod space;
 mod white;
