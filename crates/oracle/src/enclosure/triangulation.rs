@@ -13,17 +13,14 @@ use crate::enclosure::exact::{Exact, scaled};
 /// Indices of the corners of each triangle, in the polygon's order.
 pub(crate) fn triangles(polygon: &Polygon) -> Vec<[usize; 3]> {
     let [points, others @ ..] = projections(polygon);
-    let is_straight = |points: &[Coord<f64>], rest: &[usize], place: usize| {
-        is_flat(points, rest, place) && others.iter().all(|points| is_flat(points, rest, place))
-    };
+    let is_straight = |rest: &[usize], place: usize| others.iter().chain([&points]).all(|points| is_flat(points, rest, place));
     let mut rest: Vec<usize> = (0..points.len()).collect();
     let mut triangles = Vec::with_capacity(points.len() - 2);
     while rest.len() > 3 {
-        let find =
-            |kind: &dyn Fn(&[Coord<f64>], &[usize], usize) -> bool| (0..rest.len()).find(|place| kind(&points, &rest, *place));
+        let straight = (0..rest.len()).find(|&place| is_straight(&rest, place));
         // A simple polygon always has an ear (Meisters 1975).
-        let Some(place) = find(&is_straight).or_else(|| find(&is_ear)) else { break };
-        if !is_straight(&points, &rest, place) {
+        let Some(place) = straight.or_else(|| (0..rest.len()).find(|&place| is_ear(&points, &rest, place))) else { break };
+        if straight.is_none() {
             triangles.push(around(&rest, place));
         }
         rest.remove(place);
