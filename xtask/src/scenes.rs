@@ -121,12 +121,18 @@ fn hold(cases: u64, plant: bool, effort: &Effort, arguments: &Arguments, gates: 
     Ok(Held { passed: record.write(out)?, scenes, judged })
 }
 
+/// The families chosen that are asked this.
+fn asked(subject: Subject, arguments: &Arguments) -> Vec<Family> {
+    let families = arguments.scene_families().into_iter();
+    families.filter(|family| family.subjects(0).contains(&subject)).collect()
+}
+
 /// Brackets of at least so many factors against rays: whether none is refuted.
 pub(crate) fn brackets(pairs: u64, arguments: &Arguments, gates: &Gates) -> Result<bool, Box<dyn Error>> {
     let (start, out) = (Instant::now(), &arguments.out);
     let bar = ProgressBar::new(pairs);
     bar.set_style(style());
-    let found = Brackets::of(&arguments.scene_families(), pairs, arguments.seed, |name, row| {
+    let found = Brackets::of(&asked(Subject::Factors, arguments), pairs, arguments.seed, |name, row| {
         bar.set_message(name.family.name());
         bar.inc(row.pairs);
     });
@@ -158,7 +164,7 @@ pub(crate) fn brackets(pairs: u64, arguments: &Arguments, gates: &Gates) -> Resu
 
 /// Gradients at the points of so many scenes: whether they are as near to the truth as the gates demand.
 pub(crate) fn gradients(scenes: u64, arguments: &Arguments, gates: &Gates) -> Result<bool, Box<dyn Error>> {
-    let (start, out, families) = (Instant::now(), &arguments.out, arguments.scene_families());
+    let (start, out, families) = (Instant::now(), &arguments.out, asked(Subject::Solve, arguments));
     let bar = ProgressBar::new(scenes.div_ceil(families.len() as u64) * families.len() as u64);
     bar.set_style(style());
     let found = Gradients::of(&families, scenes, arguments.seed, |name| {
@@ -332,7 +338,7 @@ pub(crate) fn replay(name: Name) -> Result<bool, Box<dyn Error>> {
     let file = write(&model, &name.to_string().replace(':', "-"), Path::new("target/verify"))?;
     println!("{name}: {} faces, {:?}, {:?}: {}", model.parts.len(), model.expected, model.change, file.display());
     let mut right = true;
-    for subject in Subject::ALL {
+    for &subject in name.family.subjects(0) {
         let outcome = judge(&model, subject, &EFFORT);
         let (answer, truth) = (outcome.answer.as_secs_f64(), outcome.truth.as_secs_f64());
         println!("{}: {answer:.2} s, truth {truth:.2} s", subject.name());

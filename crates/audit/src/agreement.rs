@@ -109,7 +109,9 @@ fn compare(case: Name, paper_gate: f64) -> Agreement {
         return agreement;
     }
     let mut contradict = |way, what| agreement.contradictions.push(Contradiction { case, way, what });
-    match seen(&problem).map_or(Ok(None), |seen| by_cubature(&problem.receiver, &seen)) {
+    // It integrates over one plane, and the enclosure over the triangles of the vertices as they are.
+    let seen = seen(&problem).filter(|_| !case.family.is_rounded());
+    match seen.map_or(Ok(None), |seen| by_cubature(&problem.receiver, &seen)) {
         Ok(Some((radiosity, gradient))) => {
             agreement.cubature = 1;
             let worst = relative_error(&truth, radiosity, gradient);
@@ -210,7 +212,7 @@ mod tests {
             }
             let touches = family == Family::InPlaneInside;
             assert!(touches || agreement.monte_carlo == agreement.enclosed, "{family}: {agreement:?}");
-            let is_seen = family.case(2, 0).problem().is_ok_and(|problem| seen(&problem).is_some());
+            let is_seen = !family.is_rounded() && family.case(2, 0).problem().is_ok_and(|problem| seen(&problem).is_some());
             // An ulp over the surface the integrand is a spike that no adaptive rule finds.
             let is_spike = family == Family::OnSurface;
             assert!(is_spike || agreement.cubature > 0 || agreement.enclosed == 0 || !is_seen, "{family}: {agreement:?}");

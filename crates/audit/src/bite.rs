@@ -404,8 +404,8 @@ const RAYS: usize = 20_000;
 fn whole_scenes(_: &Setting<'_>) -> Vec<String> {
     use scenes::family::Family as Scenes;
     let effort = Effort { rays: RAYS, rays_a_point: RAYS, ..scenes::truth::EFFORT };
-    let families = [Scenes::Facing, Scenes::Furnace, Scenes::Downlight, Scenes::Slit];
-    let table = scenes::table::Table::of(&families, 4, 11, &effort, |_, _| ());
+    let families = [Scenes::Facing, Scenes::Furnace, Scenes::Downlight, Scenes::Slit, Scenes::Rounded, Scenes::Nested];
+    let table = scenes::table::Table::of(&families, families.len() as u64, 11, &effort, |_, _| ());
     let of = |violation: &scenes::table::Violation| {
         let first = violation.faults.first().map_or("", String::as_str);
         format!("{}: {}: {first}", violation.name, violation.subject.name())

@@ -87,7 +87,7 @@ fn past_screens(receiver: &Receiver, emitter: &Emitter, occluders: &[Polygon]) -
     let step = apart.fold(setup.feature, f64::min) / 4096.0;
     let largest = occluders.iter().flat_map(|o| o.vertices()).fold(DVec3::ZERO, |m, v| m.max(v.abs()));
     let see = |receiver: &Receiver, emitter: &Emitter, shift: DVec3| {
-        let moved = |o: &Polygon| Polygon::new(o.vertices().iter().map(|v| *v + shift).collect());
+        let moved = |o: &Polygon| o.map(1.0, |v| v + shift);
         let moved: Vec<Polygon> = occluders.iter().map(moved).collect::<Result<_, _>>()?;
         evaluate_to(receiver, emitter, &moved, ROUGH).map(|answer| (answer.radiosity, answer.gradient))
     };
@@ -118,7 +118,7 @@ fn at_unit_scale(receiver: &Receiver, emitter: &Emitter) -> Result<(Receiver, Em
     let vertices = emitter.polygon().vertices();
     let largest = vertices.iter().fold(receiver.position().abs().max_element(), |m, v| m.max(v.abs().max_element()));
     let power = normalising_power(largest);
-    let polygon = Polygon::new(vertices.iter().map(|v| *v * power).collect())?;
+    let polygon = emitter.polygon().map(power, |v| v * power)?;
     let emission = match emitter.emission() {
         Emission::Linear(Linear::Gradient { value, gradient }) => Emission::gradient(*value, *gradient / power),
         Emission::Polynomial(polynomial) if power != 1.0 => {
@@ -212,7 +212,7 @@ impl<'a> Setup<'a> {
             }
         };
         let receiver = Receiver::new(position, normal, self.receiver.reflectance())?;
-        Ok((receiver, Emitter::new(Polygon::new(vertices)?, emission)?))
+        Ok((receiver, Emitter::new(Polygon::from_rounded(vertices, polygon.precision())?, emission)?))
     }
 }
 

@@ -123,6 +123,8 @@ pub enum Family {
     OtherScale,
     /// A wall stands on the receiver's floor, exactly.
     Standing,
+    /// Vertices are rounded to single precision, up to 2^8 sizes from the origin, as a renderer's are; half the emitters are behind a quadrilateral.
+    Single,
     /// Occluders behind the receiver, behind the emitter and in its plane hide nothing.
     IdleScreens,
     /// In a closed box, another box in the way.
@@ -135,7 +137,7 @@ pub enum Family {
 
 impl Family {
     /// All of them, in the order of the tables.
-    pub const ALL: [Self; 50] = [
+    pub const ALL: [Self; 51] = [
         Self::Generic,
         Self::Far,
         Self::Clipped,
@@ -182,6 +184,7 @@ impl Family {
         Self::SteepNormal,
         Self::OtherScale,
         Self::Standing,
+        Self::Single,
         Self::IdleScreens,
         Self::Boxes,
         Self::Thicket,
@@ -238,6 +241,7 @@ impl Family {
             Self::SteepNormal => "steep-normal",
             Self::OtherScale => "other-scale",
             Self::Standing => "standing",
+            Self::Single => "single",
             Self::IdleScreens => "idle-screens",
             Self::Boxes => "boxes",
             Self::Thicket => "thicket",
@@ -255,6 +259,12 @@ impl Family {
     #[must_use]
     pub const fn is_refused(self) -> bool {
         matches!(self, Self::EqualVertices)
+    }
+
+    /// Whether emitters and occluders are flat only up to a rounding that the case states: no tolerance below what that leaves open is met.
+    #[must_use]
+    pub const fn is_rounded(self) -> bool {
+        matches!(self, Self::Single)
     }
 
     /// Whether as many digits as are asked for can be found of every case: none is left open by its input.
@@ -341,6 +351,7 @@ impl Family {
             Self::SteepNormal => world::steep_normal(sampler),
             Self::OtherScale => world::other_scale(sampler),
             Self::Standing => world::standing(sampler),
+            Self::Single => world::single(sampler),
             Self::IdleScreens => occluded::idle_screens(sampler),
             Self::Boxes => occluded::boxes(sampler),
             Self::Thicket => occluded::thicket(sampler),

@@ -50,7 +50,8 @@ enum Ended {
 /// About so many cases, shared among the families that have an answer and none that takes a second.
 #[must_use]
 pub fn level(digits: u32, cases: u64, seed: u64) -> Level {
-    let families: Vec<Family> = Family::ALL.into_iter().filter(|family| !family.is_refused() && family.dearness() == 1).collect();
+    let families: Vec<Family> =
+        Family::ALL.into_iter().filter(|family| !family.is_refused() && !family.is_rounded() && family.dearness() == 1).collect();
     let each = cases.div_ceil(families.len() as u64);
     let names: Vec<Name> = (0..each).flat_map(|index| families.iter().map(move |&family| Name { family, seed, index })).collect();
     let ended: Vec<Ended> = names.par_iter().map(|name| compare(*name, digits)).collect();

@@ -27,3 +27,4 @@ pub mod statement;
 pub mod table;
 pub mod truth;
 mod workers;
+pub mod written;

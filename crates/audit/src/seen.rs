@@ -78,7 +78,7 @@ fn without(emitter: &Emitter, vertex: usize) -> Option<Emitter> {
         other => other.clone(),
     };
     let rest = emitter.polygon().vertices().iter().enumerate().filter(|(i, _)| *i != vertex).map(|(_, v)| *v);
-    Emitter::new(Polygon::new(rest.collect()).ok()?, emission).ok()
+    Emitter::new(Polygon::from_rounded(rest.collect(), emitter.polygon().precision()).ok()?, emission).ok()
 }
 
 #[cfg(test)]

@@ -365,7 +365,8 @@ impl Asked {
         for first in 1..count {
             let mut vertices = polygon.vertices().to_vec();
             vertices.rotate_left(first);
-            let other = Polygon::new(vertices).and_then(|polygon| Emitter::new(polygon, problem.emitter.emission().clone()));
+            let other = Polygon::from_rounded(vertices, polygon.precision())
+                .and_then(|polygon| Emitter::new(polygon, problem.emitter.emission().clone()));
             let Ok(other) = other.and_then(|emitter| evaluate_to(&problem.receiver, &emitter, &problem.occluders, tolerance))
             else {
                 continue;

@@ -1,11 +1,14 @@
 //! The audit of whole scenes: its parts, and that it finds every planted fault.
 
+use glam::DVec3;
 use radgrad_audit::scenes::family::{Family, Name};
 use radgrad_audit::scenes::faults::{Fault, find};
 use radgrad_audit::scenes::judge::{Ending, Judged, Verdict, judge};
 use radgrad_audit::scenes::model::{Exact, Expected, Model, Probe, Ways};
+use radgrad_audit::scenes::shrink::without;
 use radgrad_audit::scenes::statement::{Quantum, Stated, Statement, Subject};
 use radgrad_audit::scenes::table::{Requirement, Table};
+use radgrad_core::Polygon;
 use radgrad_oracle::confidence::ConfidenceInterval;
 use radgrad_oracle::scene::{Effort, Known};
 
@@ -21,7 +24,8 @@ fn every_family_draws_scenes_that_exist_and_the_same_ones_again() {
             assert_eq!(model, name.to_string().parse::<Name>().unwrap().model());
             let unchanged = Model { change: radgrad_audit::scenes::model::Change::None, ..model.clone() };
             let scene = unchanged.scene().unwrap_or_else(|error| panic!("{name}: {error}"));
-            assert!((2..=200).contains(&scene.faces().len()), "{name}: {} faces", scene.faces().len());
+            let faces = if family == Family::Plates { 1000..=1200 } else { 2..=200 };
+            assert!(faces.contains(&scene.faces().len()), "{name}: {} faces", scene.faces().len());
             assert!(model.probes.len() >= 3 && model.parts.iter().any(|part| part.emitted[0] > 0.0), "{name}");
             for probe in &model.probes {
                 let polygon = scene.faces()[probe.part].polygon();
@@ -114,6 +118,40 @@ fn planted_faults_are_found() {
     let found = find(&Fault::ALL, 1, 3, &EFFORT);
     let missed: Vec<&str> = found.iter().filter(|found| found.by.is_none()).map(|found| found.fault.name()).collect();
     assert!(missed.is_empty(), "of {} faults these are missed: {missed:?}", found.len());
+}
+
+#[test]
+fn a_plate_of_a_thousand_faces_that_glows_too_little_is_noticed() {
+    let mut model = Family::Plates.model(1, 0);
+    let outcome = judge(&model, Subject::Solve, &EFFORT);
+    assert!(!outcome.fails(&model), "{:?}", outcome.faults(&model));
+    // The bound, of faces that are divided no further, does not tell.
+    model.parts.last_mut().unwrap().emitted[0] *= 0.9;
+    let Ending::Judged(all) = judge(&model, Subject::Solve, &EFFORT).ending else { panic!("no answer") };
+    assert!(all.iter().any(|one| one.verdict == Verdict::Broken));
+}
+
+#[test]
+fn of_faces_on_faces_each_place_is_seen_once_in_the_scene_in_smaller_ones_and_in_the_file() {
+    let area = |outline: &[DVec3]| Polygon::new(outline.to_vec()).unwrap().area();
+    let seen = |model: &Model| model.seen().iter().map(|(_, outline)| area(outline)).sum::<f64>();
+    // What lies on nothing, the smaller faces included that lie on it.
+    let lowest = |model: &Model| {
+        let lowest = model.parts.iter().filter(|part| part.lies.is_none());
+        lowest.map(|part| area(&part.corners)).sum::<f64>()
+    };
+    for index in 0..12 {
+        let model = Family::Nested.model(3, index);
+        let all = lowest(&model);
+        let smaller = (0..model.parts.len()).map(|part| without(&model, part));
+        for model in smaller.chain([model.clone()]) {
+            assert!((seen(&model) - lowest(&model)).abs() < 1e-12 * all, "nested:3:{index}");
+        }
+        let scene = model.scene().unwrap_or_else(|error| panic!("nested:3:{index}: {error}"));
+        let read: f64 = scene.polygons().map(Polygon::area).sum();
+        assert!((read - all).abs() < 1e-3 * all, "nested:3:{index}: {read} of {all}");
+        assert!(scene.surfaces().len() < model.parts.len(), "nested:3:{index}: a face that is there twice stayed");
+    }
 }
 
 #[test]

@@ -1,10 +1,10 @@
 //! `radgrad solve --view`: what a camera sees of a solution, one ray through the centre of each pixel, or the mean of more.
 //!
-//! A ray ends at the nearest face that it meets; there stands the radiosity in the scene's unit, and an estimate of its error. The back of a face
+//! A ray ends at the nearest face that it meets, of two back to back at the one that faces it; there stands the radiosity in the scene's unit, and an estimate of its error. The back of a face
 //! and pixels beside all faces are 0. An `.exr` has these numbers as they are, a channel each, and the estimates in the layer
 //! `estimate`; its attributes say quantity and unit. A `.png` has colours in the transfer curve of sRGB, by a tone curve of
 //! `L = 2^exposure B/2m` with the mean radiosity m over all channels: `L/(1 + L)` (E. Reinhard et al. 2002) or L up to 1. It says so in
-//! its text chunk `exposure`. Every face is asked for every ray.
+//! its text chunk `exposure`.
 
 mod camera;
 mod exr;
@@ -16,7 +16,7 @@ use clap::{Args, ValueEnum};
 use indicatif::ProgressBar;
 use radgrad_core::{DVec3, Polygon};
 use radgrad_scene::output::{self, Unwritten, extension, write_whole};
-use radgrad_scene::{Scene, contains, largest, smallest};
+use radgrad_scene::{Occluders, Scene, largest, smallest};
 use radgrad_solver::{Ledger, Reconstruction, Solution};
 use rayon::prelude::*;
 
@@ -105,10 +105,11 @@ impl View {
     pub(crate) fn places(&self, scene: &Scene) -> Vec<(DVec3, DVec3)> {
         let Some(camera) = &self.camera else { return Vec::new() };
         let polygons: Vec<Polygon> = scene.polygons().cloned().collect();
+        let index = Occluders::new(&polygons);
         let squares = (0..SERVED * SERVED).map(|index| [index % SERVED, index / SERVED]);
         let met = |square: [usize; 2]| {
             let pixel = [0, 1].map(|k| square[k] * self.size[k] / SERVED + self.size[k] / (2 * SERVED));
-            let (face, point) = nearest(&polygons, camera.eye, camera.direction(pixel, offset(0), self.size))?;
+            let (face, point) = index.first_along(camera.eye, camera.direction(pixel, offset(0), self.size), &[])?;
             Some((point, polygons[face].normal()))
         };
         squares.filter_map(met).collect()
@@ -134,11 +135,12 @@ impl View {
         };
         let [width, height] = self.size;
         let (eye, samples) = (solution.placement().inward(camera.eye), usize::from(self.samples));
+        let index = Occluders::new(solution.mesh().polygons());
         let bar = if self.gather { progress(width * height) } else { ProgressBar::hidden() };
-        let pixel = |index: usize| {
+        let pixel = |place: usize| {
             let met = |sample: usize| {
-                let direction = camera.direction([index % width, index / width], offset(sample), self.size);
-                pixel(solution, drawn.as_ref(), eye, direction)
+                let direction = camera.direction([place % width, place / width], offset(sample), self.size);
+                pixel(solution, drawn.as_ref(), &index, [eye, direction])
             };
             let mut sum = met(0)?;
             for sample in 1..samples {
@@ -221,12 +223,12 @@ impl View {
 fn pixel(
     solution: &Solution,
     drawn: Option<&Reconstruction>,
-    eye: DVec3,
-    direction: DVec3,
+    index: &Occluders,
+    [eye, direction]: [DVec3; 2],
 ) -> Result<Pixel, radgrad_solver::Error> {
     let channels = solution.channels().len();
     let dark = Pixel { radiosity: vec![0.0; channels], estimate: vec![0.0; channels] };
-    let Some((face, point)) = nearest(solution.mesh().polygons(), eye, direction) else { return Ok(dark) };
+    let Some((face, point)) = index.first_along(eye, direction, &[]) else { return Ok(dark) };
     let is_front = solution.mesh().polygons()[face].normal().dot(direction) < 0.0;
     let Some(leaf) = solution.mesh().leaf_at(face, point).filter(|_| is_front) else { return Ok(dark) };
     let Some(drawn) = drawn else {
@@ -266,18 +268,6 @@ fn shown(name: &str) -> String {
     if matches!(name, "r" | "g" | "b") { name.to_uppercase() } else { name.to_owned() }
 }
 
-/// The first face that a ray meets, and where.
-fn nearest(polygons: &[Polygon], eye: DVec3, direction: DVec3) -> Option<(usize, DVec3)> {
-    let met = |(face, polygon): (usize, &Polygon)| {
-        let (vertices, normal) = (polygon.vertices(), polygon.normal());
-        let along = normal.dot(vertices[0] - eye) / normal.dot(direction);
-        let point = eye + direction * along;
-        (along > 0.0 && along.is_finite() && contains(vertices, normal, point)).then_some((along, face, point))
-    };
-    let first = polygons.iter().enumerate().filter_map(met).min_by(|a, b| a.0.total_cmp(&b.0))?;
-    Some((first.1, first.2))
-}
-
 fn stops(text: &str) -> Result<f64, String> {
     let value = text.parse::<f64>().map_err(|error| error.to_string())?;
     if value.abs() <= 64.0 { Ok(value) } else { Err(format!("{value} is not from -64 to 64")) }
@@ -294,18 +284,6 @@ fn size(text: &str) -> Result<[usize; 2], String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_ray_meets_the_nearest_face_and_passes_a_notch() {
-        let l = [[0.0, 0.0], [3.0, 0.0], [3.0, 1.0], [1.0, 1.0], [1.0, 3.0], [0.0, 3.0]];
-        let at = |z: f64| Polygon::new(l.map(|[x, y]| DVec3::new(x, y, z)).to_vec()).unwrap();
-        let square = |z: f64| [[0.0, 0.0], [3.0, 0.0], [3.0, 3.0], [0.0, 3.0]].map(|[x, y]| DVec3::new(x, y, z)).to_vec();
-        let faces = [Polygon::new(square(0.0)).unwrap(), at(1.0)];
-        let from = |x: f64, y: f64| nearest(&faces, DVec3::new(x, y, 5.0), -DVec3::Z);
-        assert_eq!(from(0.5, 2.0), Some((1, DVec3::new(0.5, 2.0, 1.0))));
-        assert_eq!(from(2.0, 2.0), Some((0, DVec3::new(2.0, 2.0, 0.0))));
-        assert_eq!(from(4.0, 2.0), None);
-    }
 
     #[test]
     fn a_size_is_two_numbers() {

@@ -69,6 +69,7 @@ pub const fn share(family: Family) -> u64 {
         | Family::ScreenScale
         | Family::PolynomialFar
         | Family::SteepNormal
+        | Family::Single
         | Family::EqualVertices
         | Family::HundredVertices
         | Family::TenScreens

@@ -80,6 +80,9 @@ fn marked(family: Family, table: &FamilyTable) -> Vec<Breach> {
     if family.is_dark() {
         forbidden.push(Mark::Nonzero);
     }
+    if family.is_rounded() {
+        forbidden.retain(|mark| !matches!(mark, Mark::MissesDefault | Mark::MissesTight | Mark::ManyDigitsUnanswered));
+    }
     let breach = |mark| {
         let bin = table.counts().get(&mark)?;
         Some(Breach { case: bin.first, mark: Some(mark), what: format!("{} {mark}", bin.count) })

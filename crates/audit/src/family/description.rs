@@ -44,6 +44,7 @@ impl Family {
             Self::SteepNormal => "components of the receiver's normal are 2^60 to 2^240 apart",
             Self::OtherScale => "an occluder is 2^-160 to 2^160 times as far or as large as the emitter",
             Self::Standing => "a wall stands on the receiver's floor, exactly",
+            Self::Single => "vertices rounded to single precision, up to 2^8 sizes from the origin",
             Self::IdleScreens => "screens that hide nothing: behind the receiver, behind the emitter or in its plane",
             Self::Boxes => "a room with a box in it",
             Self::Thicket => "two dozen triangles at random",

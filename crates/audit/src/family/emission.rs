@@ -31,6 +31,14 @@ pub(super) fn on_sites(sampler: &mut Sampler, vertices: &[DVec3], sites: &[Site]
     }
 }
 
+/// For a polygon that may be flat up to a rounding only, where vertex values would contradict each other.
+pub(super) fn in_space(sampler: &mut Sampler, vertices: &[DVec3]) -> EmissionRecord {
+    if sampler.one_in(2) {
+        return EmissionRecord::Constant { constant: sampler.spread(-4, 4) };
+    }
+    by_gradient(sampler, vertices)
+}
+
 /// A value at vertex 0 and a gradient of random direction, its part along the normal included, that takes away at most 9/10 of
 /// it.
 fn by_gradient(sampler: &mut Sampler, vertices: &[DVec3]) -> EmissionRecord {

@@ -105,6 +105,13 @@ pub(super) fn convex(sampler: &mut Sampler) -> Scene {
     polygon.seen(sampler)
 }
 
+/// Convex with 4 to 8 vertices, none on a straight edge.
+pub(super) fn few_sided(sampler: &mut Sampler) -> Scene {
+    let lattice = lattice(sampler);
+    let count = 4 + sampler.below(5) as usize;
+    OnLattice::convex_with(sampler, lattice, count).seen(sampler)
+}
+
 /// Stars and rectilinear shapes, one in four with a vertex on a straight edge.
 pub(super) fn concave(sampler: &mut Sampler) -> Scene {
     let lattice = lattice(sampler);

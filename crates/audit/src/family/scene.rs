@@ -14,12 +14,14 @@ pub(super) struct Scene {
     pub(super) vertices: Vec<DVec3>,
     pub(super) emission: EmissionRecord,
     pub(super) occluders: Vec<Vec<DVec3>>,
+    /// Length by which each coordinate of a vertex may be off.
+    pub(super) precision: f64,
 }
 
 impl Scene {
     /// In free sight.
     pub(super) const fn open(position: DVec3, normal: DVec3, vertices: Vec<DVec3>, emission: EmissionRecord) -> Self {
-        Self { position, normal, vertices, emission, occluders: Vec::new() }
+        Self { position, normal, vertices, emission, occluders: Vec::new(), precision: 0.0 }
     }
 
     /// The case of this scene, with a reflectance: 1 for one in two, else 0.1 to 1.
@@ -31,7 +33,7 @@ impl Scene {
             emitter: EmitterRecord { vertices: arrays(&self.vertices), emission: self.emission },
             occluders: self.occluders.iter().map(|occluder| arrays(occluder)).collect(),
             tolerance: 1e-12,
-            precision: 0.0,
+            precision: self.precision,
         }
     }
 

@@ -3,7 +3,7 @@ use crate::name::BadName;
 use crate::sampler::{normalising_power, power_of_two};
 use crate::truth::Truth;
 use glam::DVec3;
-use radgrad_core::Error as CoreError;
+use radgrad_core::{Error as CoreError, Polygon};
 use radgrad_oracle::Interval;
 use radgrad_scene::Error;
 use radgrad_scene::case::{EmissionRecord, Problem};
@@ -144,7 +144,7 @@ const fn kinds_of(family: Family) -> [bool; 4] {
         Family::SteepExtension => [false, true, true, false],
         Family::CancellingValues => [false, true, false, false],
         Family::SteepNormal => [true, false, false, false],
-        Family::NearCoincidentVertices => [true, false, true, false],
+        Family::NearCoincidentVertices | Family::Single => [true, false, true, false],
         _ => [true, true, true, false],
     }
 }
@@ -236,6 +236,21 @@ fn occluders_are_of_any_scale_and_walls_stand_on_the_floor() {
 }
 
 #[test]
+fn vertices_in_single_precision_are_so_and_bend_most_polygons() {
+    let (mut bent, mut screened) = (0, 0);
+    for problem in problems(Family::Single) {
+        let polygon = problem.emitter.polygon();
+        let outlines = || problem.occluders.iter().chain([polygon]);
+        assert!(outlines().flat_map(Polygon::vertices).all(|v| v.as_vec3().as_dvec3() == *v && polygon.precision() > 0.0));
+        let plain = |polygon: &Polygon| Polygon::new(polygon.vertices().to_vec());
+        bent += usize::from(matches!(plain(polygon), Err(CoreError::NotPlanar { .. })));
+        screened += usize::from(problem.occluders.iter().any(|screen| matches!(plain(screen), Err(CoreError::NotPlanar { .. }))));
+        assert!(figures(&problem).height > 8.0 * polygon.planarity_defect() / polygon.size());
+    }
+    assert!(bent > 200 && screened > 100, "{bent} {screened}");
+}
+
+#[test]
 fn components_of_normals_are_far_apart_and_none_is_lost() {
     let mut ratios = Vec::new();
     for index in 0..COUNT {
@@ -259,8 +274,7 @@ fn an_occluder_hides_the_same_at_every_distance_and_its_gradient_is_inverse() {
         }
         let at = |times: f64| {
             let scaled = |v: &DVec3| *v * normalising_power(size) * times;
-            let occluder =
-                radgrad_core::Polygon::new(problem.occluders[0].vertices().iter().map(scaled).collect()).expect("valid");
+            let occluder = Polygon::new(problem.occluders[0].vertices().iter().map(scaled).collect()).expect("valid");
             Problem { occluders: vec![occluder], ..problem.clone() }
         };
         let [far, near] = [-10, -11].map(|power| Truth::of_problem(&at(power_of_two(power))).expect("enclosed"));

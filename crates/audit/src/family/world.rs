@@ -1,13 +1,14 @@
-//! What files have and drawn scenes seldom do: things of very different size beside each other, and walls that stand on the floor,
-//! normals whose components are far apart.
+//! What files have and drawn scenes seldom do: things of very different size beside each other, walls that stand on the floor, normals
+//! whose components are far apart, and vertices in single precision.
 
 use glam::DVec3;
 use radgrad_scene::case::EmissionRecord;
 
 use super::emission;
 use super::frame::{Triangle, inside};
+use super::many_sided;
 use super::occluded::on_the_way;
-use super::scene::Scene;
+use super::scene::{Scene, normal_where};
 use super::spread;
 use crate::sampler::{Sampler, power_of_two};
 
@@ -73,4 +74,31 @@ pub(super) fn steep_normal(sampler: &mut Sampler) -> Scene {
     let vertices = corners.map(|[across, height]| turned([distance, across, height])).to_vec();
     let constant = sampler.between(0.5, 1.0) * power_of_two(exponent);
     Scene::open(DVec3::ZERO, normal, vertices, EmissionRecord::Constant { constant })
+}
+
+/// A convex polygon, and in half of the cases a quadrilateral on the way to it: all moved by up to 2^8 along each axis and rounded to single
+/// precision. The receiver is a tenth or more over the polygon's plane. No vertex is on the line of its neighbours: of a triangle as narrow
+/// as the rounding the surface may face either way, where the enclosure takes one of them.
+pub(super) fn single(sampler: &mut Sampler) -> Scene {
+    let mut scene = many_sided::few_sided(sampler);
+    let around = |k: usize| scene.vertices[k] - scene.vertices[0];
+    let lit = (2..scene.vertices.len()).fold(DVec3::ZERO, |sum, k| sum + around(k - 1).cross(around(k)));
+    scene.position += lit * (sampler.between(0.1, 1.0) / lit.length());
+    scene.normal = normal_where(sampler, scene.position, &scene.vertices, |_, highest| highest > 0.1);
+    scene.emission = emission::in_space(sampler, &scene.vertices);
+    if sampler.one_in(2) {
+        let mut screen = on_the_way(sampler, &scene, 0.2, 0.8, 0.3);
+        screen.push(screen[0] + screen[2] - screen[1]);
+        scene.occluders.push(screen);
+    }
+    let by = sampler.cube() * sampler.spread(-1, 8);
+    scene.position += by;
+    let outlines = scene.occluders.iter_mut().chain([&mut scene.vertices]).flatten();
+    let mut largest: f64 = 0.0;
+    for vertex in outlines {
+        *vertex = (*vertex + by).as_vec3().as_dvec3();
+        largest = largest.max(vertex.abs().max_element());
+    }
+    // Half an ulp of the largest coordinate.
+    Scene { precision: largest * power_of_two(-24), ..scene }
 }

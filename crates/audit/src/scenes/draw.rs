@@ -10,9 +10,11 @@ use crate::sampler::{Sampler, power_of_two};
 
 mod exact;
 mod odd;
+mod world;
 
 pub(super) use exact::{groove, manufactured, sphere, strips};
 pub(super) use odd::odd;
+pub(super) use world::{nested, plates, rounded};
 
 /// Points asked at.
 const PROBES: usize = 3;
@@ -207,17 +209,24 @@ fn point_on(corners: &[DVec3], s: &mut Sampler) -> DVec3 {
 
 /// Turned about the origin in half the cases.
 fn turned_or_not(mut model: Model, s: &mut Sampler) -> Model {
-    if s.one_in(2) {
-        return model;
+    if !s.one_in(2) {
+        turn(&mut model, turning(s));
     }
+    model
+}
+
+/// Where the axes go in a turn at random.
+fn turning(s: &mut Sampler) -> [DVec3; 3] {
     let x = s.direction();
     let y = s.perpendicular(x);
-    let z = x.cross(y);
+    [x, y, x.cross(y)]
+}
+
+fn turn(model: &mut Model, [x, y, z]: [DVec3; 3]) {
     let turned = |p: DVec3| x * p.x + y * p.y + z * p.z;
     let corners = model.parts.iter_mut().flat_map(|part| &mut part.corners);
     let positions = model.probes.iter_mut().map(|probe| &mut probe.position);
     corners.chain(positions).for_each(|p| *p = turned(*p));
-    model
 }
 
 /// The same in three channels that differ.

@@ -5,6 +5,7 @@ use std::str::FromStr;
 
 use super::draw;
 use super::model::Model;
+use super::statement::Subject;
 use crate::name::{Families, UnknownFamily};
 use crate::sampler::Sampler;
 
@@ -56,11 +57,17 @@ pub enum Family {
     Manufactured,
     /// A room with things that almost touch, cross, stand on each other, or are as thin as can be.
     Odd,
+    /// A closed box read from a file, turned, moved and rounded: walls whole or with vertices on their edges, cut, with needles.
+    Rounded,
+    /// A room read from a file where a window, a lamp and a rug lie on larger faces, and faces are there twice.
+    Nested,
+    /// A box of more than a thousand faces with plates of two sides, even in light.
+    Plates,
 }
 
 impl Family {
     /// All of them, in the order of the tables.
-    pub const ALL: [Self; 21] = [
+    pub const ALL: [Self; 24] = [
         Self::Clutter,
         Self::Furnace,
         Self::Facing,
@@ -82,6 +89,9 @@ impl Family {
         Self::Groove,
         Self::Manufactured,
         Self::Odd,
+        Self::Rounded,
+        Self::Nested,
+        Self::Plates,
     ];
 
     /// Name in tables and ids.
@@ -109,6 +119,21 @@ impl Family {
             Self::Groove => "groove",
             Self::Manufactured => "manufactured",
             Self::Odd => "odd",
+            Self::Rounded => "rounded",
+            Self::Nested => "nested",
+            Self::Plates => "plates",
+        }
+    }
+
+    /// What is asked of scene `index`: of most families how light is, and of every third scene factors and fields too.
+    #[must_use]
+    pub const fn subjects(self, index: u64) -> &'static [Subject] {
+        match self {
+            // What is known of a bound that rounding widens is that of factors.
+            Self::Rounded | Self::Nested => &[Subject::Factors],
+            Self::Plates => &[Subject::Solve],
+            _ if index.is_multiple_of(3) => &Subject::ALL,
+            _ => &[Subject::Solve],
         }
     }
 
@@ -138,6 +163,9 @@ impl Family {
             Self::Groove => draw::groove(sampler),
             Self::Manufactured => draw::manufactured(sampler),
             Self::Odd => draw::odd(sampler),
+            Self::Rounded => draw::rounded(sampler),
+            Self::Nested => draw::nested(sampler),
+            Self::Plates => draw::plates(sampler),
         };
         if matches!(self, Self::Strips | Self::Sphere | Self::Groove | Self::Manufactured | Self::Odd) {
             draw::ways(&mut model, sampler);

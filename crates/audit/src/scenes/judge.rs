@@ -3,8 +3,9 @@
 use std::time::{Duration, Instant};
 
 use radgrad_oracle::scene::{Effort, Known};
+use radgrad_scene::Quantity;
 
-use super::model::{Change, Expected, Model};
+use super::model::{Change, Exact, Expected, Model};
 use super::statement::{Quantum, Said, Stated, Statement, Subject, ask};
 use super::truth::{Sharpness, Truth};
 
@@ -17,13 +18,17 @@ pub const ROUGH: f64 = 0.03;
 pub enum Verdict {
     /// The truth may be within the bound, or within [`ESTIMATES`] estimates.
     Held,
-    /// It is not within the bound, or the value or what is said of its error is no number.
+    /// It is not within the bound, the value or what is said of its error is no number, or even light is not even to [`EVEN`].
     Broken,
     /// It is farther off than [`ESTIMATES`] estimates.
     Off,
     /// The truth is too rough to say.
     Rough,
 }
+
+/// Relative error of radiosities where every face has the same one. Each division has that solution, so that nothing but factors errs, of which
+/// those in a row sum to 1: the bounds of a thousand faces that are divided no further would say little.
+pub const EVEN: f64 = 1e-6;
 
 /// A statement with its truth.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -139,8 +144,16 @@ fn judged(model: &Model, subject: Subject, statements: &[Statement], effort: (&E
         Quantum::Mean(channel) | Quantum::Point(_, channel) => truth.scale[channel],
         _ => 1.0,
     };
-    let all = statements.iter().zip(&truth.known);
-    Ending::Judged(all.map(|(statement, known)| Judged::new(*statement, *known, scale(statement))).collect())
+    let most = match model.exact {
+        Exact::Even(value) if subject == Subject::Solve && !model.has_grid(Quantity::Reflectance) => EVEN * value,
+        _ => f64::INFINITY,
+    };
+    let judged = |(statement, known): (&Statement, &Known)| {
+        let one = Judged::new(*statement, *known, scale(statement));
+        let is_even = !((statement.value - known.value).abs() > most);
+        Judged { verdict: if is_even { one.verdict } else { Verdict::Broken }, ..one }
+    };
+    Ending::Judged(statements.iter().zip(&truth.known).map(judged).collect())
 }
 
 /// A power of two in every length changes no digit.

@@ -11,6 +11,8 @@ use radgrad_oracle::scene::known::FacingRectangles;
 use radgrad_scene::{Quantity, Scene, Texture};
 use radgrad_solver::{Linking, Marking};
 
+use super::written::{self, Lies, Written};
+
 /// Values on a grid over a parallelogram, whose corners have the coordinates (0, 0), (1, 0), (1, 1) and (0, 1).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Grid {
@@ -33,6 +35,8 @@ pub struct Part {
     pub emitted: Vec<f64>,
     /// Textures: at most one a quantity.
     pub grids: Vec<Grid>,
+    /// Where it lies on another face: to be cut out of that one.
+    pub lies: Option<Lies>,
 }
 
 /// A point to ask at.
@@ -75,6 +79,8 @@ pub enum Change {
     Scale(f64),
     /// Shifted, exactly.
     Shift(DVec3),
+    /// Turned, moved, and read from a file with rounded coordinates.
+    File(Written),
 }
 
 /// A scene to be asked for.
@@ -124,7 +130,7 @@ impl Part {
     /// Without a texture, the same in every channel.
     #[must_use]
     pub fn new(corners: Vec<DVec3>, reflectance: f64, emitted: f64) -> Self {
-        Self { corners, reflectance: vec![reflectance], emitted: vec![emitted], grids: Vec::new() }
+        Self { corners, reflectance: vec![reflectance], emitted: vec![emitted], grids: Vec::new(), lies: None }
     }
 }
 
@@ -135,11 +141,14 @@ impl Model {
         self.parts.first().map_or(1, |part| part.reflectance.len())
     }
 
-    /// The scene as it is given to the solver: a surface a face.
+    /// The scene as it is given to the solver: a surface `f{index}` for each face, but for those that a reader leaves out.
     ///
     /// # Errors
     /// If a face or a material is refused.
     pub fn scene(&self) -> Result<Scene, radgrad_scene::Error> {
+        if let Change::File(_) = self.change {
+            return written::read(self);
+        }
         let mut scene = Scene::new((0..self.channels()).map(|channel| format!("c{channel}")))?;
         for (index, part) in self.parts.iter().enumerate() {
             let radiance: Vec<f64> = part.emitted.iter().map(|emitted| emitted / PI).collect();
@@ -167,18 +176,25 @@ impl Model {
     pub fn asked(&self) -> Result<Vec<(DVec3, DVec3)>, radgrad_core::Error> {
         let of = |probe: &Probe| {
             let normal = Polygon::new(self.parts[probe.part].corners.clone())?.normal();
-            Ok((self.change.of(probe.position), normal))
+            Ok((self.change.of(probe.position), self.change.turned(normal)))
         };
         self.probes.iter().map(of).collect()
     }
 
-    /// A channel of the unchanged scene as the oracle takes it.
+    /// What is seen of each face where others lie on it: its index, and the outline of each piece.
+    #[must_use]
+    pub fn seen(&self) -> Vec<(usize, Vec<DVec3>)> {
+        written::seen(&self.parts)
+    }
+
+    /// A channel of the unchanged scene as the oracle takes it: a face for each of [`Self::seen`].
     ///
     /// # Errors
     /// If a face is no polygon, or a value out of range.
     pub fn oracle(&self, channel: usize) -> Result<oracle::Scene, super::truth::Error> {
-        let face = |part: &Part| {
-            let polygon = Polygon::new(part.corners.clone())?;
+        let face = |(index, outline): (usize, Vec<DVec3>)| {
+            let part = &self.parts[index];
+            let polygon = Polygon::new(outline)?;
             let [reflectance, emitted] = [part.reflectance[channel], part.emitted[channel]];
             let pattern = (!part.grids.is_empty()).then(|| {
                 let (origin, sides) = (part.corners[0], [part.corners[1] - part.corners[0], part.corners[3] - part.corners[0]]);
@@ -193,7 +209,7 @@ impl Model {
             });
             Ok(oracle::Face { polygon, reflectance, emitted, exchanges: true, pattern })
         };
-        let faces: Result<Vec<_>, radgrad_core::Error> = self.parts.iter().map(face).collect();
+        let faces: Result<Vec<_>, radgrad_core::Error> = self.seen().into_iter().map(face).collect();
         Ok(oracle::Scene::new(faces?)?)
     }
 
@@ -217,10 +233,8 @@ impl Model {
             let (kd, ke) = (value(&part.reflectance, 1.0), value(&part.emitted, 1.0 / PI));
             let _ = writeln!(mtl, "newmtl m{index}\nKd {kd}\nKe {ke}");
             let _ = writeln!(obj, "g f{index}\nusemtl m{index}");
-            for corner in &part.corners {
-                let [x, y, z] = self.change.of(*corner).to_array();
-                let _ = writeln!(obj, "v {x:?} {y:?} {z:?}");
-            }
+            let corners = part.corners.iter().map(|&corner| self.change.of(corner));
+            obj += &written::vertices(corners, |coordinate| self.change.text(coordinate));
             let places: Vec<String> = (1..=part.corners.len()).rev().map(|place| format!("-{place}")).collect();
             let _ = writeln!(obj, "f {}", places.join(" "));
         }
@@ -259,13 +273,14 @@ impl Grid {
 }
 
 impl Change {
-    /// Where a point of the changed scene is in the unchanged one: exact, as the change is.
+    /// Where a point of the changed scene is in the unchanged one: exact where the change is.
     #[must_use]
     pub(crate) fn undone(self, point: DVec3) -> DVec3 {
         match self {
             Self::None => point,
             Self::Scale(factor) => point / factor,
             Self::Shift(by) => point - by,
+            Self::File(written) => written.undone(point),
         }
     }
 
@@ -274,6 +289,16 @@ impl Change {
             Self::None => point,
             Self::Scale(factor) => point * factor,
             Self::Shift(by) => point + by,
+            Self::File(written) => written.placed(point),
         }
+    }
+
+    fn turned(self, direction: DVec3) -> DVec3 {
+        if let Self::File(written) = self { written.turned(direction) } else { direction }
+    }
+
+    /// A coordinate in a file.
+    fn text(self, coordinate: f64) -> String {
+        if let Self::File(written) = self { written.rounding.text(coordinate) } else { format!("{coordinate:?}") }
     }
 }

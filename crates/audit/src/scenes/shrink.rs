@@ -6,7 +6,10 @@ use super::model::{Exact, Model};
 #[must_use]
 pub fn without(model: &Model, part: usize) -> Model {
     let mut smaller = model.clone();
-    smaller.parts.remove(part);
+    let below = smaller.parts.remove(part).lies;
+    for other in &mut smaller.parts {
+        other.lies = other.lies.and_then(|lies| lies.without(part, below));
+    }
     smaller.probes.retain(|probe| probe.part != part);
     for probe in &mut smaller.probes {
         probe.part -= usize::from(probe.part > part);

@@ -5,7 +5,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use radgrad_scene::{FactorSettings, FormFactors, Quantity, Scene};
 use radgrad_solver::{Ledger, Options, Solution, solve_for};
 
-use super::model::{Model, Part};
+use super::model::{Change, Model, Part};
 
 /// A way to ask about a scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -195,30 +195,45 @@ fn factors(model: &Model, scene: &Scene) -> Result<Vec<Statement>, String> {
     let factors = FormFactors::new(scene).map_err(|error| error.to_string())?;
     let settings = FactorSettings { tolerance: 0.05, most_cells: 300, ..FactorSettings::default() };
     let matrix = factors.matrix(&settings, || ()).map_err(|error| error.to_string())?;
-    let count = matrix.faces().len();
-    // Areas of the unchanged scene, so that reciprocity of every change is stated in the same unit.
-    let area = |part: &Part| radgrad_core::Polygon::new(part.corners.clone()).map(|polygon| polygon.area());
-    let areas: Vec<f64> = model.parts.iter().map(area).collect::<Result<_, _>>().map_err(|error| error.to_string())?;
-    let mut statements = Vec::new();
-    let entry = |from: usize, to: usize| {
-        // The matrix does not store exact zeros.
-        matrix.row(from).find(|entry| entry.face == to).map_or([0.0, 0.0], |entry| [entry.factor, entry.error])
+    // A face that was read from a file may be in pieces, or left out.
+    let faces = |part: usize| {
+        let name = format!("f{part}");
+        scene.surfaces_named(&name).flat_map(|surface| scene.surfaces()[surface].faces().iter().copied()).collect()
     };
+    let faces: Vec<Vec<usize>> = (0..model.parts.len()).map(faces).collect();
+    let area = |part: usize| faces[part].iter().map(|&face| matrix.areas()[face]).sum::<f64>();
+    // Areas of the unchanged scene, so that reciprocity of every change is stated in the same unit; no change of a file's unit is made.
+    let unchanged = |part: &Part| radgrad_core::Polygon::new(part.corners.clone()).map(|polygon| polygon.area());
+    let areas: Vec<f64> = match model.change {
+        Change::File(_) => (0..faces.len()).map(area).collect(),
+        _ => model.parts.iter().map(unchanged).collect::<Result<_, _>>().map_err(|error| error.to_string())?,
+    };
+    let mut statements = Vec::new();
     let say = |of: Quantum, value: f64, bound: f64| Statement { of, value, stated: Stated::Bound(bound) };
-    for from in 0..count {
-        for to in (0..count).filter(|&to| to != from) {
-            let [value, bound] = entry(from, to);
+    // The mean over the pieces of the one of what they see of the other, with its bound. The matrix does not store exact zeros.
+    let factor = |from: usize, is_seen: &dyn Fn(usize) -> bool| {
+        faces[from].iter().fold([0.0, 0.0], |[value, bound], &face| {
+            // Areas of scaled scenes may be none.
+            let share = if faces[from].len() == 1 { 1.0 } else { matrix.areas()[face] / area(from) };
+            let entries = matrix.row(face).filter(|entry| is_seen(entry.face));
+            let [seen, error] = entries.fold([0.0, 0.0], |[seen, error], entry| [seen + entry.factor, error + entry.error]);
+            [value + share * seen, bound + share * error]
+        })
+    };
+    for from in (0..faces.len()).filter(|&from| !faces[from].is_empty()) {
+        for to in (0..faces.len()).filter(|&to| to != from && !faces[to].is_empty()) {
+            let [value, bound] = factor(from, &|face| faces[to].contains(&face));
             statements.push(say(Quantum::Factor(from, to), value, bound));
             if to > from {
-                let [back, _] = entry(to, from);
+                let [back, _] = factor(to, &|face| faces[from].contains(&face));
                 let [a, b] = [from, to].map(|face| areas[face]);
                 // One exchange a pair, divided by each area: reciprocal to the rounding.
                 let bound = SUM * (a * value).abs();
                 statements.push(say(Quantum::Reciprocity(from, to), a * value - b * back, bound));
             }
         }
-        let bound = matrix.row(from).map(|entry| entry.error).sum::<f64>() * (1.0 + SUM) + SUM;
-        let sum: f64 = matrix.row(from).map(|entry| entry.factor).sum();
+        let [sum, error] = factor(from, &|_| true);
+        let bound = error * (1.0 + SUM) + SUM;
         // The factors of a face in an open scene sum to anything up to 1; only a sum above 1 is wrong.
         let value = if model.closed || sum.is_nan() || sum > 1.0 { sum } else { 1.0 };
         statements.push(say(Quantum::RowSum(from), value, bound));

@@ -95,11 +95,6 @@ pub struct Table {
     pub statements: Vec<(Name, Judged)>,
 }
 
-/// The subjects of scene `index`: factors and fields of every third scene.
-fn subjects(index: u64) -> &'static [Subject] {
-    if index.is_multiple_of(3) { &Subject::ALL } else { &Subject::ALL[..1] }
-}
-
 impl Table {
     /// So many scenes, shared among the families, on all cores. `done` is called after each, from any thread, with what is wrong with it.
     pub fn of(families: &[Family], cases: u64, seed: u64, effort: &Effort, done: impl Fn(Name, &[Violation]) + Sync) -> Self {
@@ -109,7 +104,7 @@ impl Table {
         let of = |&name: &Name| {
             let model = name.model();
             let judged = |&subject: &Subject| (subject, judge_as_sharply(&model, subject, (effort, Sharpness::OfEstimates)));
-            let outcomes: Vec<(Subject, Outcome)> = subjects(name.index).iter().map(judged).collect();
+            let outcomes: Vec<(Subject, Outcome)> = name.family.subjects(name.index).iter().map(judged).collect();
             let failing = outcomes.iter().filter(|(_, outcome)| outcome.fails(&model));
             let violations: Vec<Violation> =
                 failing.map(|(subject, outcome)| Violation { name, subject: *subject, faults: outcome.faults(&model) }).collect();
@@ -157,30 +152,32 @@ impl Table {
     /// Scenes.
     #[must_use]
     pub fn scenes(&self) -> u64 {
-        self.sum(|(subject, row)| if subject == Subject::Solve { row.scenes } else { 0 })
+        // Of each family the first thing that is asked is asked of every scene.
+        let is_first = |family: Family, subject| family.subjects(0).first() == Some(&subject);
+        self.rows.iter().filter(|((family, subject), _)| is_first(*family, *subject)).map(|(_, row)| row.scenes).sum()
     }
 
     /// Statements that were judged.
     #[must_use]
     pub fn judged(&self) -> u64 {
-        self.sum(|(_, row)| row.judged())
+        self.sum(Row::judged)
     }
 
     /// The part of the estimates that were judged of which the error is more than it is estimated to be; `None` of none.
     #[must_use]
     pub fn share_off(&self) -> Option<f64> {
-        let [off, all] = [self.sum(|(_, row)| row.off), self.sum(|(_, row)| row.estimates.len() as u64)];
+        let [off, all] = [self.sum(|row| row.off), self.sum(|row| row.estimates.len() as u64)];
         (all > 0).then(|| off as f64 / all as f64)
     }
 
     /// Bounds broken, and scenes that failed otherwise.
     #[must_use]
     pub fn wrong(&self) -> u64 {
-        self.sum(|(_, row)| row.broken + row.failed)
+        self.sum(|row| row.broken + row.failed)
     }
 
-    fn sum(&self, of: impl Fn((Subject, &Row)) -> u64) -> u64 {
-        self.rows.iter().map(|((_, subject), row)| of((*subject, row))).sum()
+    fn sum(&self, of: impl Fn(&Row) -> u64) -> u64 {
+        self.rows.values().map(of).sum()
     }
 
     /// Families and subjects of which too small a part was judged.

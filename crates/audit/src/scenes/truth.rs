@@ -115,10 +115,19 @@ impl Truth {
 
     fn of_factors(model: &Model, statements: &[Statement], effort: &Effort) -> Result<Self, Error> {
         let scene = model.oracle(0)?;
-        let sights = |face: usize| scene.sights(face, SIGHTS, effort.seed, effort.confidence);
-        let seen: Vec<Vec<Known>> = (0..model.parts.len()).map(sights).collect::<Result<_, _>>()?;
+        let seen = model.seen();
+        let mut areas = vec![0.0; model.parts.len()];
+        seen.iter().zip(scene.faces()).for_each(|((part, _), face)| areas[*part] += face.polygon.area());
+        // The factors of a face are the means of those of its pieces, and each is the sum of those to the pieces of the other.
+        let mut factors = vec![vec![around(0.0, 0.0); model.parts.len()]; model.parts.len()];
+        for (face, (from, _)) in seen.iter().enumerate() {
+            let share = scene.faces()[face].polygon.area() / areas[*from];
+            for (known, (to, _)) in scene.sights(face, SIGHTS, effort.seed, effort.confidence)?.into_iter().zip(&seen) {
+                factors[*from][*to] = plus(factors[*from][*to], share, known);
+            }
+        }
         let known = |statement: &Statement| match statement.of {
-            Quantum::Factor(from, to) => seen[from][to],
+            Quantum::Factor(from, to) => factors[from][to],
             Quantum::Reciprocity(..) => around(0.0, 0.0),
             Quantum::RowSum(_) => around(1.0, 0.0),
             _ => unknown(),
@@ -196,6 +205,13 @@ struct Mean {
 
 const fn around(value: f64, half: f64) -> Known {
     Known { value, interval: ConfidenceInterval { low: value - half, high: value + half } }
+}
+
+/// A sum with a part of another, each anywhere in its interval.
+fn plus(sum: Known, share: f64, of: Known) -> Known {
+    let low = sum.interval.low + share * of.interval.low;
+    let high = sum.interval.high + share * of.interval.high;
+    Known { value: sum.value + share * of.value, interval: ConfidenceInterval { low, high } }
 }
 
 const fn unknown() -> Known {

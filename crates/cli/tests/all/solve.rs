@@ -360,6 +360,27 @@ fn a_view_has_the_radiosity_of_what_is_seen_and_its_estimate() {
 }
 
 #[test]
+fn a_view_of_two_faces_back_to_back_shows_the_one_that_faces_it() {
+    let folder = folder("plate");
+    let faces = ["usemtl dim\nf 1 2 3 4\n", "usemtl white\nf 4 3 2 1\n"];
+    let dim = WHITE.replace("white", "dim").replace("0.3183098861837907", "0.15915494309189535");
+    std::fs::write(folder.0.join("squares.mtl"), WHITE.to_owned() + &dim).unwrap();
+    for order in [[0, 1], [1, 0]] {
+        let obj = format!("mtllib squares.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n{}{}", faces[order[0]], faces[order[1]]);
+        std::fs::write(folder.0.join("squares.obj"), obj).unwrap();
+        for (height, radiosity) in [(1, 0.5), (-1, 1.0)] {
+            let camera = format!("0.4 0.3 {height}, 0.4 0.3 0, 0 1 0, 10");
+            let output = folder.solve(&["--view", "view.exr", "--size", "1x1", "--camera", &camera]);
+            assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+            let exr = folder.0.join("view.exr");
+            let bytes = std::fs::read(exr).unwrap();
+            let blue = f32::from_le_bytes(bytes[bytes.len() - 24..][..4].try_into().unwrap());
+            assert!((f64::from(blue) - radiosity).abs() < 1e-6, "{order:?} {height}: {blue}");
+        }
+    }
+}
+
+#[test]
 fn a_picture_has_each_channel_and_estimate_in_its_place_and_says_what_it_is() {
     let folder = folder("channels");
     std::fs::write(folder.0.join("squares.mtl"), COLOURED).unwrap();

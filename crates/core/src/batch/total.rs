@@ -251,7 +251,7 @@ impl TreeWalk<'_> {
 
     /// The sum over the emitters that are answered one by one.
     fn near(&self, receiver: &Receiver, allowed: f64, room: &mut Room) -> Result<Sum, Error> {
-        let one = Receiver::new(receiver.position(), receiver.direction(), 1.0)?;
+        let one = Receiver::new(receiver.position(), receiver.given_normal(), 1.0)?;
         let mut sum = Sum::default();
         let Some(seen) = SeenFrom::new(&one, self.tree.power) else { return Ok(sum) };
         let count: usize = room.near.iter().map(|(_, _, count)| count).sum();

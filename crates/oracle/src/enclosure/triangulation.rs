@@ -2,7 +2,8 @@
 //!
 //! A polygon with more than three vertices is planar only up to the rounding of its vertices; the integral is over these triangles,
 //! each in its own exact plane. Decisions are made on the projection along the largest component of the normal, with the predicate
-//! of Shewchuk (Discrete Comput. Geom. 18, 1997), so they are those of exact arithmetic.
+//! of Shewchuk (Discrete Comput. Geom. 18, 1997), so they are those of exact arithmetic. A vertex is left out only if it is on the line of its
+//! neighbours in space: one that is off it along the projection alone bounds what is seen from elsewhere.
 
 use radgrad_core::Polygon;
 use robust::{Coord, orient2d};
@@ -11,14 +12,15 @@ use crate::enclosure::exact::{Exact, scaled};
 
 /// Indices of the corners of each triangle, in the polygon's order.
 pub(crate) fn triangles(polygon: &Polygon) -> Vec<[usize; 3]> {
-    let points = projection(polygon);
+    let [points, others @ ..] = projections(polygon);
+    let is_straight = |rest: &[usize], place: usize| others.iter().chain([&points]).all(|points| is_flat(points, rest, place));
     let mut rest: Vec<usize> = (0..points.len()).collect();
     let mut triangles = Vec::with_capacity(points.len() - 2);
     while rest.len() > 3 {
-        let find = |kind: fn(&[Coord<f64>], &[usize], usize) -> bool| (0..rest.len()).find(|place| kind(&points, &rest, *place));
+        let straight = (0..rest.len()).find(|&place| is_straight(&rest, place));
         // A simple polygon always has an ear (Meisters 1975).
-        let Some(place) = find(is_flat).or_else(|| find(is_ear)) else { break };
-        if !is_flat(&points, &rest, place) {
+        let Some(place) = straight.or_else(|| (0..rest.len()).find(|&place| is_ear(&points, &rest, place))) else { break };
+        if straight.is_none() {
             triangles.push(around(&rest, place));
         }
         rest.remove(place);
@@ -29,8 +31,9 @@ pub(crate) fn triangles(polygon: &Polygon) -> Vec<[usize; 3]> {
     triangles
 }
 
-/// The vertices scaled to avoid underflow and projected so that the lit side sees them counter-clockwise.
-fn projection(polygon: &Polygon) -> Vec<Coord<f64>> {
+/// The vertices scaled to avoid underflow and projected along each axis: first along the one that shows the polygon largest, so that the
+/// lit side sees them counter-clockwise.
+fn projections(polygon: &Polygon) -> [Vec<Coord<f64>>; 3] {
     let largest = polygon.vertices().iter().map(|v| v.abs().max_element()).fold(0.0, f64::max);
     let power = -Exact::from(largest).exponent();
     let n = polygon.normal();
@@ -39,7 +42,10 @@ fn projection(polygon: &Polygon) -> Vec<Coord<f64>> {
     if n[axis] < 0.0 {
         std::mem::swap(&mut i, &mut j);
     }
-    polygon.vertices().iter().map(|v| Coord { x: scaled(v[i], power), y: scaled(v[j], power) }).collect()
+    let onto = |i: usize, j: usize| {
+        polygon.vertices().iter().map(|v| Coord { x: scaled(v[i], power), y: scaled(v[j], power) }).collect()
+    };
+    [onto(i, j), onto(j, axis), onto(axis, i)]
 }
 
 fn around(rest: &[usize], place: usize) -> [usize; 3] {
@@ -47,7 +53,7 @@ fn around(rest: &[usize], place: usize) -> [usize; 3] {
     [rest[(place + count - 1) % count], rest[place], rest[(place + 1) % count]]
 }
 
-/// Whether the vertex is on the line of its neighbours: no area, nothing to integrate.
+/// Whether the vertex is seen on the line of its neighbours.
 fn is_flat(points: &[Coord<f64>], rest: &[usize], place: usize) -> bool {
     let [a, b, c] = around(rest, place).map(|i| points[i]);
     orient2d(a, b, c) == 0.0
@@ -69,6 +75,14 @@ mod tests {
     fn area(polygon: &Polygon) -> f64 {
         let v = polygon.vertices();
         triangles(polygon).into_iter().map(|[a, b, c]| 0.5 * (v[b] - v[a]).cross(v[c] - v[a]).dot(polygon.normal())).sum()
+    }
+
+    #[test]
+    fn a_vertex_off_the_line_of_its_neighbours_along_the_projection_alone_is_kept() {
+        let corners = |off: f64| [(0.0, 0.0, 0.0), (1.0, 0.0, off), (2.0, 0.0, 0.0), (2.0, 2.0, 0.0), (0.0, 2.0, 0.0)];
+        let polygon = |off: f64| Polygon::from_rounded(corners(off).map(|(x, y, z)| DVec3::new(x, y, z)).to_vec(), 1e-6).unwrap();
+        assert_eq!([0.0, 1e-7].map(|off| triangles(&polygon(off)).len()), [2, 3]);
+        assert!((area(&polygon(1e-7)) - 4.0).abs() < 1e-6);
     }
 
     #[test]

@@ -4,6 +4,7 @@ mod clusters;
 mod edges;
 mod gradients;
 mod links;
+mod plates;
 mod space;
 mod unseen;
 mod white;
