@@ -100,7 +100,8 @@ impl Mesh {
         let others = |face: usize| {
             let [low, high] = boxes[face];
             let meets = move |[from, to]: &[DVec3; 2]| {
-                let reach = DVec3::splat(largest(1e-6 * (high - low).max_element(), contact::CLOSE * (*to - *from).max_element()));
+                let reach =
+                    DVec3::splat(largest(1e-6 * (high - low).max_element(), contact::CLOSE * (*to - *from).max_element()));
                 from.cmple(high + reach).all() && to.cmpge(low - reach).all()
             };
             let near = boxes.iter().enumerate().filter(move |(other, of)| *other != face && meets(of));

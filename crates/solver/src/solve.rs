@@ -10,6 +10,7 @@
 //! ([`crate::links::linking`]).
 
 mod balance;
+pub(crate) mod by_surface;
 mod check;
 pub(crate) mod detail;
 mod divide;

@@ -64,7 +64,13 @@ impl Solution {
                 let row = root_of[lamp] * count;
                 let own: f64 = exchanges.given[row..row + count].iter().sum();
                 let given: f64 = (0..count).map(|p| exchanges.given[p * count + root_of[lamp]]).sum();
-                eprintln!("lamp {k} area {} flux by leaves {} ({:+.3} %) by own nodes {own}, by receivers {:+.3} %", self.mesh.elements()[lamp].area(), sum, 100.0 * (sum / self.mesh.elements()[lamp].area() - 1.0), 100.0 * (given / self.mesh.elements()[lamp].area() - 1.0));
+                eprintln!(
+                    "lamp {k} area {} flux by leaves {} ({:+.3} %) by own nodes {own}, by receivers {:+.3} %",
+                    self.mesh.elements()[lamp].area(),
+                    sum,
+                    100.0 * (sum / self.mesh.elements()[lamp].area() - 1.0),
+                    100.0 * (given / self.mesh.elements()[lamp].area() - 1.0)
+                );
             }
         }
         for &receiver in &self.receivers {
@@ -80,7 +86,13 @@ impl Solution {
     fn exchanges(&self, root_of: &[usize]) -> Exchanges {
         let (mesh, count) = (&self.mesh, self.mesh.roots().len());
         let areas = mesh.roots().iter().map(|&root| mesh.elements()[root].area()).collect();
-        let mut found = Exchanges { count, areas, given: vec![0.0; count * count], doubt: vec![0.0; count * count], open: vec![[0.0; 2]; count] };
+        let mut found = Exchanges {
+            count,
+            areas,
+            given: vec![0.0; count * count],
+            doubt: vec![0.0; count * count],
+            open: vec![[0.0; 2]; count],
+        };
         for &receiver in &self.receivers {
             let (basis, area, row) = (mesh.basis(receiver), mesh.elements()[receiver].area(), root_of[receiver]);
             let nodes = basis.nodes().len();
@@ -88,7 +100,8 @@ impl Solution {
             let mean_and_square = |factors: &[f64]| {
                 let fitted = basis.project(factors);
                 let off = |node: usize| factors[node] - basis.at_node(node).iter().zip(&fitted).map(|(a, b)| a * b).sum::<f64>();
-                let square = basis.nodes().iter().enumerate().map(|(node, of)| of.weight.abs() * off(node) * off(node)).sum::<f64>();
+                let square =
+                    basis.nodes().iter().enumerate().map(|(node, of)| of.weight.abs() * off(node) * off(node)).sum::<f64>();
                 (area * fitted[0], area * area * square)
             };
             let mut links: Vec<&Link> = self.links[receiver].iter().collect();

@@ -316,7 +316,20 @@ impl Solution {
             let (discretisation, computation) = (part.detail.abs() + part.unseen, part.swapped.abs() + part.off_by());
             let parts = Ledger { discretisation, computation, ..Ledger::default() };
             let share = ratio(total, all);
-            if std::env::var("RG_EST").is_ok() { eprintln!("found {:.5} swapped {:.5} detail {:.5} off {:.5} negl {:.5} unseen {:.5} sure {:.5} most {:.5} share {:.3}", found, part.swapped / area, part.detail / area, part.off.sqrt() / area, part.neglected.sqrt() / area, part.unseen / area, sure / area, most.total(), share); }
+            if std::env::var("RG_EST").is_ok() {
+                eprintln!(
+                    "found {:.5} swapped {:.5} detail {:.5} off {:.5} negl {:.5} unseen {:.5} sure {:.5} most {:.5} share {:.3}",
+                    found,
+                    part.swapped / area,
+                    part.detail / area,
+                    part.off.sqrt() / area,
+                    part.neglected.sqrt() / area,
+                    part.unseen / area,
+                    sure / area,
+                    most.total(),
+                    share
+                );
+            }
             MeanError { estimate: parts * ratio(total, parts.total()), found: share * found, off: share * off }
         };
         Ok(Some(parts.iter().zip(sure).zip(&self.error_estimate.mean).map(of_channel).collect()))
