@@ -15,8 +15,8 @@ use crate::solve::fraction;
 /// The half-width asked for unless a width is given, over the error asked of the solution.
 const SHARPER: f64 = 1.0 / 3.0;
 
-/// Rays for each gather of the solution and for each of its elements, which take about a third of its time, and the least and the most of them.
-const RAYS_A_GATHER: u64 = 20;
+/// Rays for each link of the solution and for each of its elements, which take about a third of its time, and the least and the most of them.
+const RAYS_A_LINK: u64 = 100;
 const RAYS_AN_ELEMENT: u64 = 200;
 const RAYS: [u64; 2] = [100_000, 20_000_000];
 
@@ -137,8 +137,8 @@ pub(crate) fn requested(solution: &Solution, error: f64, width: Option<f64>) -> 
 
 fn rays(solution: &Solution) -> u64 {
     let progress = solution.progress();
-    let [gathers, elements] = [progress.gathers, progress.elements].map(|count| count as u64);
-    let counted = gathers.saturating_mul(RAYS_A_GATHER).saturating_add(elements.saturating_mul(RAYS_AN_ELEMENT));
+    let [links, elements] = [progress.links, progress.elements].map(|count| count as u64);
+    let counted = links.saturating_mul(RAYS_A_LINK).saturating_add(elements.saturating_mul(RAYS_AN_ELEMENT));
     counted.clamp(RAYS[0], RAYS[1])
 }
 

@@ -83,7 +83,7 @@ pub(crate) struct Request {
     /// Write the answers to --points here rather than to the standard output.
     #[arg(long, value_name = "FILE", requires = "points")]
     answers: Option<PathBuf>,
-    /// Print one JSON object rather than a table, which is printed where nothing else is asked for: `seconds`, `elements`, `links`, `estimate`, `channels`, `warnings`.
+    /// Print one JSON object rather than a table, which is printed where nothing else is asked for: `seconds`, `elements`, `links`, `estimate`, `channels`, `surfaces`, `warnings`.
     #[arg(long)]
     summary: bool,
     #[command(flatten)]

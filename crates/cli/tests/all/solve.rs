@@ -205,7 +205,10 @@ fn an_upper_end_that_nothing_bounds_is_null() {
     let output = folder.solve(&["--error", "1%", "--summary"]);
     let summary = lines(&output).remove(0);
     let certified = &summary["channels"][0]["certified"];
-    assert!(certified[0].as_f64().unwrap() > 1.0 && (certified[1].is_null() || certified[1].as_f64().unwrap() > 1.0), "{summary}");
+    assert!(
+        certified[0].as_f64().unwrap() > 1.0 && (certified[1].is_null() || certified[1].as_f64().unwrap() > 1.0),
+        "{summary}"
+    );
 }
 
 #[test]
@@ -241,7 +244,8 @@ fn files_have_the_certificate_of_the_mean() {
     let ends = numbers(&vtu, "certified g");
     assert!(ends.len() == 2 && ends[0] < ends[1] && ends[0] > 1.0, "{ends:?}");
     assert_eq!(numbers(&vtu, "confidence"), [1e-6]);
-    let said = format!("comment mean radiosity of g: certified from {:e} to {:e} but for a probability of 1e-6", ends[0], ends[1]);
+    let said =
+        format!("comment mean radiosity of g: certified from {:e} to {:e} but for a probability of 1e-6", ends[0], ends[1]);
     assert!(ply.lines().any(|line| line == said), "{said}");
 }
 
