@@ -56,7 +56,9 @@ struct Channel {
 #[derive(Debug, Serialize)]
 struct Surface {
     name: String,
-    area: f64,
+    /// None if it is beyond the range of a double.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    area: Option<f64>,
     mean: Vec<f64>,
     least: Vec<f64>,
     largest: Vec<f64>,
@@ -80,6 +82,7 @@ impl Summary {
         let channels: Vec<Channel> = solution.channels().iter().enumerate().map(channel).collect();
         let surface = |(surface, of): (&radgrad_scene::Surface, SurfaceRadiosity)| {
             let SurfaceRadiosity { area, mean, least, largest, .. } = of;
+            let area = Some(area).filter(|area| area.is_finite());
             Surface { name: surface.name().to_owned(), area, mean, least, largest }
         };
         Self {
@@ -109,9 +112,8 @@ impl Summary {
             } else {
                 write!(f, "{name:NAME$}")?;
             }
-            write!(f, "  {area:>11.4e}")?;
-            for of in [mean, least, largest] {
-                match of.get(channel) {
+            for of in [*area, mean.get(channel).copied(), least.get(channel).copied(), largest.get(channel).copied()] {
+                match of {
                     Some(value) => write!(f, "  {value:>11.4e}")?,
                     None => write!(f, "  {:>11}", "-")?,
                 }
@@ -131,11 +133,11 @@ impl fmt::Display for Summary {
         (0..self.channels.len()).try_for_each(|channel| self.surfaces(f, channel))?;
         let heads = ["reflected", "estimate"].map(|head| format!("{head:>11}")).join("  ");
         write!(f, "{:NAME$}  {heads}", "mean of all, by channel")?;
-        writeln!(f, "{}", if self.confidence.is_some() { "  certified from           to" } else { "" })?;
+        writeln!(f, "{}", if self.confidence.is_some() { "    certified           to" } else { "" })?;
         for Channel { name, reflected, estimate, certified_reflected, .. } in &self.channels {
             write!(f, "{:NAME$}  {reflected:>11.4e}  {estimate:>11.1e}", printable(name).to_string())?;
             match certified_reflected {
-                Some([lower, upper]) => writeln!(f, "  {lower:>14.4e}  {upper:>11.4e}")?,
+                Some([lower, upper]) => writeln!(f, "  {lower:>11.4e}  {upper:>11.4e}")?,
                 None => writeln!(f)?,
             }
         }
