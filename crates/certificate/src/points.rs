@@ -66,13 +66,14 @@ pub struct PointCertificate {
 /// let scene = Scene::read(file, Degenerate::Refuse)?;
 /// let floor = Place { position: DVec3::new(2.0, 0.5, 0.0), normal: DVec3::Z, face: None };
 /// let certified = certify_points(&scene, &[floor], &Request { width: 0.3, ..Request::default() })?;
-/// assert!(certified[0].irradiance[0].lower > 0.0 && certified[0].radiosity.is_none());
+/// let floor = certified[0].as_ref().map_err(Clone::clone)?;
+/// assert!(floor.irradiance[0].lower > 0.0 && floor.radiosity.is_none());
 /// # Ok::<(), radgrad_certificate::Error>(())
 /// ```
 ///
 /// # Errors
-/// If the request is out of range, the scene is refused, or a point is not on its face or faces nowhere.
-pub fn certify_points(scene: &Scene, places: &[Place], request: &Request) -> Result<Vec<PointCertificate>, Error> {
+/// If the request is out of range, or the scene is refused; of a single point if it is not on its face, or faces nowhere.
+pub fn certify_points(scene: &Scene, places: &[Place], request: &Request) -> Result<Vec<Result<PointCertificate, Error>>, Error> {
     request.check()?;
     if places.is_empty() {
         return Ok(Vec::new());
@@ -81,7 +82,7 @@ pub fn certify_points(scene: &Scene, places: &[Place], request: &Request) -> Res
     let model = Model::new(&prepared);
     let light = Light::new(&model, &prepared, FormFactors::new(scene)?);
     let delta = request.delta / (places.len() * model.channels) as f64;
-    places.iter().enumerate().map(|(index, place)| light.certify(index, place, (request, delta))).collect()
+    Ok(places.iter().enumerate().map(|(index, place)| light.certify(index, place, (request, delta))).collect())
 }
 
 /// How light is found where walks arrive.
@@ -128,9 +129,9 @@ impl<'a> Light<'a> {
                 return Err(refused(format!("there is no face {face}, they are numbered from 0 to {}", model.faces.len() - 1)));
             };
             let (outline, (low, high)) = (model.outline(face), self.prepared.scene.bounds().unwrap_or_default());
-            let height = known.normal.dot(point - outline[0]).abs();
-            if height > NEAR * (high - low).length() || !contains(outline, known.normal, point) || known.normal.dot(normal) <= 0.0
-            {
+            let (height, reach) = (known.normal.dot(point - outline[0]).abs(), NEAR * (high - low).length());
+            let is_on = height <= reach && (contains(outline, known.normal, point) || is_beside(outline, point, reach));
+            if !is_on || known.normal.dot(normal) <= 0.0 {
                 return Err(refused(format!("it must be on face {face} and face the way that that does")));
             }
         }
@@ -185,6 +186,15 @@ impl<'a> Light<'a> {
         }
         Ok(ends)
     }
+}
+
+/// Whether a point is within `reach` of an outline.
+fn is_beside(outline: &[DVec3], point: DVec3, reach: f64) -> bool {
+    let edges = outline.iter().zip(outline.iter().cycle().skip(1));
+    edges.map(|(from, to)| (*from, *to - *from)).any(|(from, along)| {
+        let share = along.dot(point - from) / along.length_squared();
+        (point - from - along * share.clamp(0.0, 1.0)).length() <= reach
+    })
 }
 
 /// Walks from a point.

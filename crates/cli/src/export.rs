@@ -4,8 +4,9 @@
 
 use std::io::{self, Write};
 
+use radgrad_certificate::{Certificate, Interval};
 use radgrad_core::DVec3;
-use radgrad_scene::{Scene, largest};
+use radgrad_scene::{Scene, largest, printable};
 use radgrad_solver::{Ledger, Shape, Solution};
 
 /// A format of a solution.
@@ -27,10 +28,17 @@ impl Format {
         }
     }
 
-    pub(crate) fn write(self, solution: &Solution, scene: &Scene, output: &mut dyn Write) -> io::Result<()> {
+    /// With the certificate of the mean where there is one.
+    pub(crate) fn write(
+        self,
+        solution: &Solution,
+        scene: &Scene,
+        certificate: Option<&Certificate>,
+        output: &mut dyn Write,
+    ) -> io::Result<()> {
         match self {
-            Self::Vtu => vtu(solution, scene, output),
-            Self::Ply => ply(solution, output),
+            Self::Vtu => vtu(solution, scene, certificate, output),
+            Self::Ply => ply(solution, certificate, output),
         }
     }
 }
@@ -56,7 +64,12 @@ fn cells(solution: &Solution) -> Vec<Cell> {
 pub(crate) const UNIT: &str = "radiosity: pi times the unit of the scene's radiance";
 
 /// The head of a VTU file: what its numbers are of, and their units.
-fn names_and_units(channels: &[String], scene: &Scene, output: &mut dyn Write) -> io::Result<()> {
+fn names_and_units(
+    channels: &[String],
+    scene: &Scene,
+    certificate: Option<&Certificate>,
+    output: &mut dyn Write,
+) -> io::Result<()> {
     writeln!(output, r#"<?xml version="1.0"?>"#)?;
     writeln!(output, r#"<VTKFile type="UnstructuredGrid" version="0.1" byte_order="LittleEndian">"#)?;
     writeln!(output, "<UnstructuredGrid>\n<FieldData>")?;
@@ -66,6 +79,15 @@ fn names_and_units(channels: &[String], scene: &Scene, output: &mut dyn Write) -
     for (index, name) in channels.iter().enumerate() {
         field(output, &format!("channel {name}"), index)?;
     }
+    if let Some(Certificate { mean, delta, .. }) = certificate {
+        array(output, "confidence", &["probability of failure"], &[vec![*delta]])?;
+        for (name, Interval { lower, upper }) in channels.iter().zip(mean) {
+            // Readers of the format know no infinite number: an interval without upper end has one component.
+            let ends = [("lower", *lower), ("upper", *upper)].into_iter().filter(|(_, end)| end.is_finite());
+            let (names, ends): (Vec<&str>, Vec<f64>) = ends.unzip();
+            array(output, &format!("certified {name}"), &names, &[ends])?;
+        }
+    }
     for unit in [UNIT, "gradient: that over the unit of position", "position: the scene's unit of length"] {
         field(output, &format!("unit of {unit}"), 1)?;
     }
@@ -73,12 +95,12 @@ fn names_and_units(channels: &[String], scene: &Scene, output: &mut dyn Write) -
 }
 
 /// Arrays have a component for each channel, named for it, and gradients three.
-fn vtu(solution: &Solution, scene: &Scene, output: &mut dyn Write) -> io::Result<()> {
+fn vtu(solution: &Solution, scene: &Scene, certificate: Option<&Certificate>, output: &mut dyn Write) -> io::Result<()> {
     let cells = cells(solution);
     let count: usize = cells.iter().map(|cell| cell.corners.len()).sum();
     let channels = solution.channels();
     let each = 0..channels.len();
-    names_and_units(channels, scene, output)?;
+    names_and_units(channels, scene, certificate, output)?;
     writeln!(output, "<Piece NumberOfPoints=\"{count}\" NumberOfCells=\"{}\">", cells.len())?;
     let points = |f: &dyn Fn(&Cell, [f64; 2]) -> Vec<f64>| -> Vec<Vec<f64>> {
         cells.iter().flat_map(|cell| cell.corners.iter().map(move |&at| f(cell, at))).collect()
@@ -129,8 +151,12 @@ fn vtu(solution: &Solution, scene: &Scene, output: &mut dyn Write) -> io::Result
 fn array(output: &mut dyn Write, name: &str, components: &[&str], tuples: &[Vec<f64>]) -> io::Result<()> {
     let named = |(k, name): (usize, &&str)| format!(r#" ComponentName{k}="{}""#, escaped(name));
     let names: String = components.iter().enumerate().map(named).collect();
-    let count = components.len();
-    writeln!(output, r#"<DataArray type="Float64" Name="{name}" NumberOfComponents="{count}"{names} format="ascii">"#)?;
+    let (count, tuples_of) = (components.len(), tuples.len());
+    let name = escaped(name);
+    writeln!(
+        output,
+        r#"<DataArray type="Float64" Name="{name}" NumberOfComponents="{count}"{names} NumberOfTuples="{tuples_of}" format="ascii">"#
+    )?;
     for tuple in tuples {
         writeln!(output, "{}", tuple.iter().map(|c| format!("{c:e}")).collect::<Vec<_>>().join(" "))?;
     }
@@ -155,10 +181,20 @@ fn escaped(name: &str) -> String {
 
 /// Colours are `B/(B + 2 m)`, m the mean radiosity of the scene over all channels, with the transfer curve of sRGB: the first
 /// three channels, or the only one.
-fn ply(solution: &Solution, output: &mut dyn Write) -> io::Result<()> {
+fn ply(solution: &Solution, certificate: Option<&Certificate>, output: &mut dyn Write) -> io::Result<()> {
     let cells = cells(solution);
     let count: usize = cells.iter().map(|cell| cell.corners.len()).sum();
-    writeln!(output, "ply\nformat ascii 1.0\ncomment radiosity, tone-mapped\nelement vertex {count}")?;
+    writeln!(output, "ply\nformat ascii 1.0\ncomment radiosity, tone-mapped")?;
+    if let Some(Certificate { mean, delta, .. }) = certificate {
+        for (name, Interval { lower, upper }) in solution.channels().iter().zip(mean) {
+            let name = printable(name);
+            writeln!(
+                output,
+                "comment mean radiosity of {name}: certified from {lower:e} to {upper:e} but for a probability of {delta:e}"
+            )?;
+        }
+    }
+    writeln!(output, "element vertex {count}")?;
     writeln!(output, "property double x\nproperty double y\nproperty double z")?;
     writeln!(output, "property uchar red\nproperty uchar green\nproperty uchar blue")?;
     writeln!(output, "element face {}\nproperty list uchar int vertex_indices\nend_header", cells.len())?;

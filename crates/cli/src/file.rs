@@ -3,29 +3,44 @@
 use std::path::Path;
 
 use clap::Parser;
+use radgrad_certificate::{Certificate, Request};
 use radgrad_scene::Scene;
 use radgrad_scene::output::write_whole;
 use radgrad_solver::Solution;
 
+pub use crate::certified::RAYS_A_POINT;
+use crate::certified::requested;
 use crate::export::Format;
 use crate::summary::Summary;
 use crate::view::View;
 
-/// Writes a solution of a scene to a file whose name ends in `.vtu` or `.ply`.
+/// Writes a solution of a scene, and the certificate of its mean if there is one, to a file whose name ends in `.vtu` or `.ply`.
 ///
 /// # Errors
 /// If the name ends otherwise, or the file cannot be written: it is then as it was.
-pub fn solution(solution: &Solution, scene: &Scene, file: &Path) -> Result<(), String> {
+pub fn solution(solution: &Solution, scene: &Scene, certificate: Option<&Certificate>, file: &Path) -> Result<(), String> {
     let format = Format::of(file).ok_or_else(|| format!("`{}`: expected a name ending in .vtu or .ply", file.display()))?;
-    write_whole(file, |out| format.write(solution, scene, out)).map_err(|error| error.to_string())
+    write_whole(file, |out| format.write(solution, scene, certificate, out)).map_err(|error| error.to_string())
 }
 
 /// The output of `radgrad solve --summary`: one JSON object, of a run that was asked for an error and took some seconds.
 ///
 /// # Errors
 /// If a number in it is none.
-pub fn summary(solution: &Solution, scene: &Scene, error: f64, seconds: f64) -> Result<String, String> {
-    serde_json::to_string(&Summary::of(solution, scene.modelling(), error, seconds)).map_err(|error| error.to_string())
+pub fn summary(
+    solution: &Solution,
+    scene: &Scene,
+    certificate: Option<&Certificate>,
+    error: f64,
+    seconds: f64,
+) -> Result<String, String> {
+    serde_json::to_string(&Summary::of(solution, scene, certificate, error, seconds)).map_err(|error| error.to_string())
+}
+
+/// The certificate that `radgrad solve` asks for of a scene that was solved to this error, of this half-width if one is given.
+#[must_use]
+pub fn certifying(solution: &Solution, error: f64, width: Option<f64>) -> Request {
+    requested(solution, error, width)
 }
 
 /// The image of a camera.

@@ -5,6 +5,7 @@
 use std::io::{self, Read, Write};
 use std::path::Path;
 
+use radgrad_certificate::{Interval, Place, PointCertificate};
 use radgrad_core::DVec3;
 use radgrad_scene::case::Id;
 use radgrad_scene::{Error, read_file};
@@ -12,6 +13,8 @@ use radgrad_solver::{Gathered, Gradient, Ledger, Solution};
 use rayon::prelude::*;
 use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
+
+use crate::certified::contradicts;
 
 /// One line of the input.
 #[derive(Debug, Deserialize)]
@@ -67,6 +70,11 @@ struct Answer<'a> {
     irradiance_estimate: Vec<f64>,
     irradiance_gradient: Vec<[f64; 3]>,
     irradiance_gradient_estimate: Vec<f64>,
+    /// Of the radiosity, or of the irradiance of a sensor in space: lower and upper end, which is null where it is infinite.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    certified: Option<Vec<[f64; 2]>>,
+    #[serde(skip)]
+    place: Place,
 }
 
 /// The radiosity of a point of a face and an estimate of its error.
@@ -121,22 +129,62 @@ impl Points {
         self.0.iter().filter_map(|(_, point)| point.as_ref().ok()).map(Point::sensor)
     }
 
-    /// Answers every line. Returns the number of those that were refused.
-    pub(crate) fn answer_all(&self, solution: &Solution, mut output: impl Write) -> io::Result<usize> {
-        let answers: Vec<Result<Answer<'_>, Refusal>> = self.0.par_iter().map(|line| answer(solution, line)).collect();
-        let mut refused = 0;
-        for answer in answers {
+    /// Answers every line.
+    pub(crate) fn answered(&self, solution: &Solution) -> Answers<'_> {
+        Answers(self.0.par_iter().map(|line| (line.0, answer(solution, line))).collect())
+    }
+}
+
+/// The answers, with the numbers of their lines.
+pub(crate) struct Answers<'a>(Vec<(usize, Result<Answer<'a>, Refusal>)>);
+
+impl Answers<'_> {
+    /// How many lines were refused.
+    pub(crate) fn refused(&self) -> usize {
+        self.0.iter().filter(|(_, answer)| answer.is_err()).count()
+    }
+
+    /// The places of lines that were answered.
+    pub(crate) fn places(&self) -> Vec<Place> {
+        self.0.iter().filter_map(|(_, answer)| answer.as_ref().ok()).map(|answer| answer.place).collect()
+    }
+
+    /// Adds the certificates of [`Self::places`]. Returns a sentence for each that is missing or contradicts its answer.
+    pub(crate) fn certify(&mut self, certificates: Vec<Result<PointCertificate, radgrad_certificate::Error>>) -> Vec<String> {
+        let answers = self.0.iter_mut().filter_map(|(line, answer)| Some((*line, answer.as_mut().ok()?)));
+        let mut said = Vec::new();
+        for ((line, answer), certificate) in answers.zip(certificates) {
+            let intervals = match certificate {
+                Ok(PointCertificate { radiosity, irradiance, .. }) => radiosity.unwrap_or(irradiance),
+                Err(error) => {
+                    said.push(format!("line {line}: no certificate: {error}"));
+                    continue;
+                }
+            };
+            let of_face = answer.reflected.as_ref().map(|of| (&of.radiosity, &of.estimate));
+            let (values, estimates) = of_face.unwrap_or((&answer.irradiance, &answer.irradiance_estimate));
+            let each = values.iter().zip(estimates).zip(&intervals);
+            for ((value, estimate), interval) in each.filter(|((value, estimate), of)| contradicts(**value, **estimate, of)) {
+                let Interval { lower, upper } = interval;
+                said.push(format!(
+                    "line {line}: {value:.6e} with its estimate {estimate:.1e} contradicts its certificate, from {lower:.6e} to {upper:.6e}: do \
+                     not trust it"
+                ));
+            }
+            answer.certified = Some(intervals.iter().map(|of| [of.lower, of.upper]).collect());
+        }
+        said
+    }
+
+    pub(crate) fn write(&self, mut output: impl Write) -> io::Result<()> {
+        for (_, answer) in &self.0 {
             match answer {
                 Ok(answer) => serde_json::to_writer(&mut output, &answer)?,
-                Err(refusal) => {
-                    refused += 1;
-                    serde_json::to_writer(&mut output, &refusal)?;
-                }
+                Err(refusal) => serde_json::to_writer(&mut output, &refusal)?,
             }
             output.write_all(b"\n")?;
         }
-        output.flush()?;
-        Ok(refused)
+        output.flush()
     }
 }
 
@@ -149,14 +197,15 @@ fn answer<'a>(solution: &Solution, (line, point): &'a (usize, Result<Point, Refu
     let vectors = |of: &Gradient| of.gradient.iter().map(DVec3::to_array).collect::<Vec<[f64; 3]>>();
     let in_space = || Ok((None, solution.irradiance_at(position, normal)?, solution.irradiance_gradient_at(position, normal)?));
     let on_face = || {
-        let Gathered { radiosity, estimate, irradiance, .. } = solution.gather(position, normal)?;
+        let Gathered { face, radiosity, estimate, irradiance, .. } = solution.gather(position, normal)?;
         let slope = solution.gradient(position, normal)?;
         let (gradient, gradient_estimate) = (vectors(&slope.radiosity), slope.radiosity.estimate);
         let reflected = Reflected { radiosity, estimate: total(&estimate), gradient, gradient_estimate };
-        Ok((Some(reflected), irradiance, slope.irradiance))
+        Ok((Some((face, reflected)), irradiance, slope.irradiance))
     };
     let found: Result<_, radgrad_solver::Error> = if on == On::Free { in_space() } else { on_face() };
     let (reflected, received, slope) = found.map_err(|error| refused(error.to_string()))?;
+    let (face, reflected) = reflected.unzip();
     let answer = Answer {
         id: point.id.as_ref(),
         on,
@@ -165,6 +214,8 @@ fn answer<'a>(solution: &Solution, (line, point): &'a (usize, Result<Point, Refu
         irradiance_estimate: total(&received.estimate),
         irradiance_gradient: vectors(&slope),
         irradiance_gradient_estimate: slope.estimate,
+        certified: None,
+        place: Place { position, normal, face },
     };
     let not_finite = answer.numbers().find(|number| !number.is_finite()).copied();
     match not_finite {

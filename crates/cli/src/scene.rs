@@ -19,20 +19,20 @@ pub(crate) struct SceneFile {
     #[arg(id = "scene", value_name = "SCENE")]
     pub(crate) path: PathBuf,
     /// Leave out faces whose outline crosses itself instead of refusing the file.
-    #[arg(long)]
+    #[arg(long, help_heading = crate::solve::EXPERT)]
     drop_degenerate: bool,
     /// By how much coordinates of the scene may be off, in its unit; 0 if they are exact. By default this is told from how they are written:
     /// in single precision, or with how many decimals.
-    #[arg(long, value_name = "LENGTH", value_parser = length)]
+    #[arg(long, value_name = "LENGTH", value_parser = length, help_heading = crate::solve::EXPERT)]
     precision: Option<f64>,
     /// Memory that reading may take, and so may points, grids and pictures: bytes, or a number with K, M or G.
-    #[arg(long, value_name = "BYTES", default_value = "256M", value_parser = bytes)]
+    #[arg(long, value_name = "BYTES", default_value = "256M", value_parser = bytes, help_heading = crate::solve::EXPERT)]
     pub(crate) budget: u64,
     /// What becomes of faces that overlap in one plane and face the same way.
-    #[arg(long, value_enum, value_name = "WHAT", default_value_t)]
+    #[arg(long, value_enum, value_name = "WHAT", default_value_t, help_heading = crate::solve::EXPERT)]
     overlaps: Overlapping,
     /// Read files that the scene names also where they lie outside its folder.
-    #[arg(long)]
+    #[arg(long, help_heading = crate::solve::EXPERT)]
     allow_outside: bool,
 }
 

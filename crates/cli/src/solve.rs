@@ -6,11 +6,13 @@ use std::time::{Duration, Instant};
 
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
+use radgrad_certificate::{Certificate, Interval};
 use radgrad_core::DVec3;
 use radgrad_scene::output::{self, Unwritten, write_whole};
 use radgrad_scene::{Materials, Scene};
 use radgrad_solver::{GradientRounds, Linking, MAX_DEGREE, Marking, Next, Options, Order, RelativeTo, Solution, solve_for};
 
+use crate::certified::{self, Certifying};
 use crate::export::Format;
 use crate::points::Points;
 use crate::resume;
@@ -33,35 +35,37 @@ pub(crate) struct Request {
     #[arg(long, value_parser = fraction)]
     error: Option<f64>,
     /// The reference of that: the mean radiosity without the faces' own emission, or with it.
-    #[arg(long, value_enum, default_value_t)]
+    #[arg(long, value_enum, default_value_t, help_heading = EXPERT)]
     relative_to: Reference,
     /// What refinement serves, and what the error is of: the mean over all area; or the points of --points and what --camera sees of the
     /// scene, in the mean over them.
-    #[arg(long = "for", value_enum, default_value_t)]
+    #[arg(long = "for", value_enum, default_value_t, help_heading = EXPERT)]
     serve: Serve,
     /// Degree of the polynomials on elements, 0 to 4 [default: 2; 1 from a thousand faces on; 4 where few faces face each other at about their width]
-    #[arg(long, value_parser = degree)]
+    #[arg(long, value_parser = degree, help_heading = EXPERT)]
     degree: Option<usize>,
     /// Seconds in which to be done: what is refined ends then, early in the first round, and no round is begun that would probably end
     /// later: the estimate says what was reached.
     #[arg(long, default_value = "60", value_parser = seconds)]
     seconds: Duration,
+    #[command(flatten)]
+    certifying: Certifying,
     /// Elements, divided ones too, beyond which none is divided any more; where faces are a thousand or more, beside these.
-    #[arg(long, default_value_t = 20_000)]
+    #[arg(long, default_value_t = 20_000, help_heading = EXPERT)]
     most_elements: usize,
     /// Divide the elements that add most to the error of gathers; or those whose polynomials are off most by values and
     /// gradients, for few elements in files; or the same after faces were cut along shadow lines, for the fewest.
-    #[arg(long, value_enum, default_value_t)]
+    #[arg(long, value_enum, default_value_t, help_heading = EXPERT)]
     divide: Divide,
     /// The order in which elements gather: in turn, or always the one with the largest residual.
-    #[arg(long, value_enum, default_value_t)]
+    #[arg(long, value_enum, default_value_t, help_heading = EXPERT)]
     order: Gathering,
     /// Divide and link by thresholds rather than by the error, in one round: elements are linked if the form factor from neither to
     /// the other is this large, above 0 and at most 1.
-    #[arg(long, value_name = "FACTOR", value_parser = factor, requires = "area", conflicts_with = "resume")]
+    #[arg(long, value_name = "FACTOR", value_parser = factor, requires = "area", conflicts_with = "resume", help_heading = EXPERT)]
     form_factor: Option<f64>,
     /// With --form-factor: the area, in the square of the scene's unit of length, below which no element is divided.
-    #[arg(long, value_name = "AREA", value_parser = area, requires = "form_factor")]
+    #[arg(long, value_name = "AREA", value_parser = area, requires = "form_factor", help_heading = EXPERT)]
     area: Option<f64>,
     /// Write the solution: .vtu (radiosity, gradient, estimates of their errors) or .ply (colours). After every round too, so that a
     /// run that is interrupted leaves the last complete one.
@@ -79,12 +83,18 @@ pub(crate) struct Request {
     /// Write the answers to --points here rather than to the standard output.
     #[arg(long, value_name = "FILE", requires = "points")]
     answers: Option<PathBuf>,
-    /// Print one JSON object rather than a table, which is printed where nothing else is asked for: `seconds`, `elements`, `links`, `estimate`, `channels`, `warnings`.
+    /// Print one JSON object rather than a table, which is printed where nothing else is asked for: `seconds`, `elements`, `links`, `estimate`, `channels`, `surfaces`, `warnings`.
     #[arg(long)]
     summary: bool,
     #[command(flatten)]
     view: View,
 }
+
+/// The heading of the options that few need.
+pub(crate) const EXPERT: &str = "Expert";
+
+/// The time of a solve that ends when it must, over that of its default certificate too.
+const SOLVING: f64 = 0.75;
 
 /// If no error is asked for, refinement goes on for points until the errors of their gradients are surely within this part of them.
 const GRADIENT: f64 = 0.01;
@@ -196,6 +206,10 @@ pub(crate) enum Failure {
         "--divide shadows cannot go on from a file of --resume, which has divisions and not the cuts before them: leave one of them out"
     )]
     Cut,
+    #[error(transparent)]
+    Certificate(#[from] radgrad_certificate::Error),
+    #[error("{0}")]
+    Certify(String),
     #[error("--for points has no points: give --points or --camera")]
     Nothing,
     #[error("{} and {} are one file", first.display(), second.display())]
@@ -222,6 +236,7 @@ pub(crate) fn run(request: &Request, mut output: impl Write) -> Result<bool, Fai
     if request.resume.is_some() && matches!(request.divide, Divide::Shadows) {
         return Err(Failure::Cut);
     }
+    request.certifying.check(request.points.is_some()).map_err(Failure::Certify)?;
     request.view.check(&request.scene)?;
     [&request.out, &request.answers, &request.resume].into_iter().flatten().try_for_each(|file| output::check(file))?;
     request.check_names()?;
@@ -241,19 +256,41 @@ pub(crate) fn run(request: &Request, mut output: impl Write) -> Result<bool, Fai
     let solution = solved(request, &scene, (&served, points.as_ref()), start, out)?;
     let seconds = start.elapsed().as_secs_f64();
     solution.warnings().iter().for_each(say);
+    let certificate = request.certifying.mean(&scene, &solution, request.error())?;
+    if let (Some((file, format)), Some(_)) = (out, &certificate) {
+        write_whole(file, |output| format.write(&solution, &scene, certificate.as_ref(), output))?;
+    }
     request.view.write(&solution)?;
-    let refused = match points {
-        Some(points) => answer(request, &points, &solution, &mut output)?,
-        None => 0,
+    let is_answered = match points {
+        Some(points) => answer(request, (&scene, &solution), &points, &mut output)?,
+        None => true,
     };
-    let summary = Summary::of(&solution, scene.modelling(), request.error(), seconds);
+    let summary = Summary::of(&solution, &scene, certificate.as_ref(), request.error(), seconds);
     if request.summary {
         serde_json::to_writer(&mut output, &summary).map_err(io::Error::from)?;
         output.write_all(b"\n")?;
     } else if request.out.is_none() && request.points.is_none() && request.view.file().is_none() {
         write!(output, "{summary}")?;
     }
-    Ok(reached(request, &solution) && refused == 0)
+    let is_certified = certificate.is_none_or(|certificate| holds(request, &scene, &solution, &certificate));
+    Ok(reached(request, &solution) && is_answered && is_certified)
+}
+
+/// Whether the mean's certificate is as narrow as asked and agrees with the solution; says so where it is not.
+fn holds(request: &Request, scene: &Scene, solution: &Solution, certificate: &Certificate) -> bool {
+    let contradictions = certified::contradictions(scene, solution, certificate);
+    contradictions.iter().for_each(say);
+    let asked = request.certifying.width().unwrap_or(f64::INFINITY);
+    // A width is relative to the mean, which is not above the upper end.
+    let is_wide = |of: &Interval| asked.is_finite() && !(of.upper.is_finite() && of.half_width() <= asked * of.upper);
+    let wide = solution.channels().iter().zip(&certificate.reflected).find(|(_, of)| is_wide(of));
+    if let Some((channel, Interval { lower, upper })) = wide {
+        let (asked, rays) = (100.0 * asked, certificate.rays);
+        say(format_args!(
+            "channel `{channel}`: {rays} rays certify a reflected mean from {lower:.6e} to {upper:.6e}, and not to the {asked:.3} % asked for"
+        ));
+    }
+    contradictions.is_empty() && wide.is_none()
 }
 
 /// The points that refinement serves; none where it serves the mean.
@@ -266,21 +303,30 @@ fn served(request: &Request, scene: &Scene, points: Option<&Points>) -> Result<V
     if served.is_empty() { Err(Failure::Nothing) } else { Ok(served) }
 }
 
-/// Answers the points, into their file or as lines. Returns how many were refused.
-fn answer(request: &Request, points: &Points, solution: &Solution, output: impl Write) -> Result<usize, Failure> {
-    let refused = match &request.answers {
-        Some(file) => {
-            let mut answers = Vec::new();
-            let refused = points.answer_all(solution, &mut answers)?;
-            write_whole(file, |output| output.write_all(&answers))?;
-            refused
-        }
-        None => points.answer_all(solution, BufWriter::new(output))?,
-    };
+/// Writes the answers of points, into their file or as lines. Returns whether all were answered, and certified where that is asked for.
+fn answer(
+    request: &Request,
+    (scene, solution): (&Scene, &Solution),
+    points: &Points,
+    output: impl Write,
+) -> Result<bool, Failure> {
+    let mut answers = points.answered(solution);
+    let mut is_certified = true;
+    if request.certifying.wants_points() {
+        let (places, certifying) = (answers.places(), &request.certifying);
+        let said = answers.certify(certifying.points((scene, solution), &places, request.error())?);
+        is_certified = said.is_empty();
+        said.iter().for_each(say);
+    }
+    match &request.answers {
+        Some(file) => write_whole(file, |output| answers.write(output))?,
+        None => answers.write(BufWriter::new(output))?,
+    }
+    let refused = answers.refused();
     if refused > 0 {
         say(format_args!("{refused} points refused: see their `error`"));
     }
-    Ok(refused)
+    Ok(refused == 0 && is_certified)
 }
 
 /// Whether the error asked for was reached; says so where it was not.
@@ -302,8 +348,10 @@ fn solved(
     start: Instant,
     out: Option<(&Path, Format)>,
 ) -> Result<Solution, Failure> {
-    // Reading has taken its part.
-    let time = request.seconds.saturating_sub(start.elapsed());
+    // Reading has taken its part, and the certificate by default will.
+    let left = request.seconds.saturating_sub(start.elapsed());
+    let is_default = !request.certifying.is_off() && request.certifying.width().is_none();
+    let time = if is_default { left.mul_f64(SOLVING) } else { left };
     let mut options = request.options(time);
     let mut rounds = points.filter(|_| request.error.is_none()).map(|points| {
         let points: Vec<_> = points.places().collect();
@@ -331,7 +379,7 @@ fn solved(
         bar.set_message(format!("round {}: {} elements, {} links, estimate {estimate:.3} %", p.round, p.elements, p.links));
         let watched = || -> Result<(), Failure> {
             if let Some((file, format)) = out {
-                write_whole(file, |output| format.write(solution, scene, output))?;
+                write_whole(file, |output| format.write(solution, scene, None, output))?;
             }
             if let Some((file, run)) = &resume {
                 resume::write(file, run, solution)?;
@@ -352,7 +400,7 @@ fn solved(
 }
 
 /// `0.5%` or `0.005`.
-fn fraction(text: &str) -> Result<f64, String> {
+pub(crate) fn fraction(text: &str) -> Result<f64, String> {
     let (number, unit) = text.strip_suffix('%').map_or((text, 1.0), |number| (number, 0.01));
     let value = unit * number.trim().parse::<f64>().map_err(|error| error.to_string())?;
     if value > 0.0 && value <= 1.0 { Ok(value) } else { Err(format!("{value} is not above 0 and at most 1 (100%)")) }

@@ -1,10 +1,14 @@
-//! The result in one JSON object.
+//! The result: as one JSON object, or as a table by surface.
 
 use std::fmt;
 
-use radgrad_scene::{Modelling, printable};
-use radgrad_solver::Solution;
+use radgrad_certificate::Certificate;
+use radgrad_scene::{Modelling, Scene, printable};
+use radgrad_solver::{Solution, SurfaceRadiosity};
 use serde::Serialize;
+
+/// The widest name that stands in the line of its numbers.
+const NAME: usize = 26;
 
 /// The output of `--summary`.
 #[derive(Debug, Serialize)]
@@ -18,8 +22,14 @@ pub(crate) struct Summary {
     estimate: f64,
     /// The estimate asked for.
     error: f64,
+    /// The probability that a certificate fails, and the seed of their random numbers.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    confidence: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    seed: Option<u64>,
     /// In the unit of the scene.
     channels: Vec<Channel>,
+    surfaces: Vec<Surface>,
     /// The rounding of the scene's coordinates, and what reading changed for it.
     modelling: Modelling,
     /// Properties of the scene that are probably not meant.
@@ -34,19 +44,47 @@ struct Channel {
     /// The part of it that is reflected.
     reflected: f64,
     estimate: f64,
+    /// The ends of the interval that has the mean; an infinite one is written as null.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    certified: Option<[f64; 2]>,
+    /// The same of the part that is reflected.
+    #[serde(skip)]
+    certified_reflected: Option<[f64; 2]>,
+}
+
+/// A surface's radiosity, a number for each channel; none where it exchanges no light.
+#[derive(Debug, Serialize)]
+struct Surface {
+    name: String,
+    /// None if it is beyond the range of a double.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    area: Option<f64>,
+    mean: Vec<f64>,
+    least: Vec<f64>,
+    largest: Vec<f64>,
 }
 
 impl Summary {
-    pub(crate) fn of(solution: &Solution, modelling: Modelling, error: f64, seconds: f64) -> Self {
+    pub(crate) fn of(solution: &Solution, scene: &Scene, certificate: Option<&Certificate>, error: f64, seconds: f64) -> Self {
         let progress = solution.progress();
         let estimates = solution.mean_estimate();
-        let channel = |(index, name): (usize, &String)| Channel {
-            name: name.clone(),
-            mean: solution.mean()[index],
-            reflected: solution.reflected()[index],
-            estimate: estimates[index].total(),
+        let channel = |(index, name): (usize, &String)| {
+            let ends = |of: &[radgrad_certificate::Interval]| of.get(index).map(|of| [of.lower, of.upper]);
+            Channel {
+                name: name.clone(),
+                mean: solution.mean()[index],
+                reflected: solution.reflected()[index],
+                estimate: estimates[index].total(),
+                certified: certificate.and_then(|of| ends(&of.mean)),
+                certified_reflected: certificate.and_then(|of| ends(&of.reflected)),
+            }
         };
         let channels: Vec<Channel> = solution.channels().iter().enumerate().map(channel).collect();
+        let surface = |(surface, of): (&radgrad_scene::Surface, SurfaceRadiosity)| {
+            let SurfaceRadiosity { area, mean, least, largest, .. } = of;
+            let area = Some(area).filter(|area| area.is_finite());
+            Surface { name: surface.name().to_owned(), area, mean, least, largest }
+        };
         Self {
             seconds,
             rounds: progress.round,
@@ -54,10 +92,35 @@ impl Summary {
             links: progress.links,
             estimate: progress.estimate,
             error,
+            confidence: certificate.map(|of| of.delta),
+            seed: certificate.map(|of| of.seed),
             channels,
-            modelling,
+            surfaces: scene.surfaces().iter().zip(solution.by_surface(scene)).map(surface).collect(),
+            modelling: scene.modelling(),
             warnings: solution.warnings().iter().map(ToString::to_string).collect(),
         }
+    }
+
+    /// A line for each surface in a channel.
+    fn surfaces(&self, f: &mut fmt::Formatter<'_>, channel: usize) -> fmt::Result {
+        let heads = ["area", "mean", "least", "largest"].map(|head| format!("{head:>11}")).join("  ");
+        writeln!(f, "{:NAME$}  {heads}", format!("radiosity, {}", printable(&self.channels[channel].name)))?;
+        for Surface { name, area, mean, least, largest } in &self.surfaces {
+            let name = printable(name).to_string();
+            if name.chars().count() > NAME {
+                write!(f, "{name}\n{:NAME$}", "")?;
+            } else {
+                write!(f, "{name:NAME$}")?;
+            }
+            for of in [*area, mean.get(channel).copied(), least.get(channel).copied(), largest.get(channel).copied()] {
+                match of {
+                    Some(value) => write!(f, "  {value:>11.4e}")?,
+                    None => write!(f, "  {:>11}", "-")?,
+                }
+            }
+            writeln!(f)?;
+        }
+        writeln!(f)
     }
 }
 
@@ -67,11 +130,20 @@ impl fmt::Display for Summary {
         writeln!(f, "{elements} elements, {links} links, {rounds} rounds, {seconds:.3} s")?;
         let [estimate, error] = [*estimate, *error].map(|share| 100.0 * share);
         writeln!(f, "error of the mean: estimated {estimate:.3} %; {error:.3} % asked for\n")?;
-        let names = || self.channels.iter().map(|channel| printable(&channel.name));
-        let width = names().map(|name| name.chars().count()).max().unwrap_or(0).max("channel".len());
-        writeln!(f, "{:width$}  {:>14}  {:>14}", "channel", "mean", "estimate")?;
-        names()
-            .zip(&self.channels)
-            .try_for_each(|(name, Channel { mean, estimate, .. })| writeln!(f, "{name:width$}  {mean:>14.6e}  {estimate:>14.6e}"))
+        (0..self.channels.len()).try_for_each(|channel| self.surfaces(f, channel))?;
+        let heads = ["reflected", "estimate"].map(|head| format!("{head:>11}")).join("  ");
+        write!(f, "{:NAME$}  {heads}", "mean of all, by channel")?;
+        writeln!(f, "{}", if self.confidence.is_some() { "    certified           to" } else { "" })?;
+        for Channel { name, reflected, estimate, certified_reflected, .. } in &self.channels {
+            write!(f, "{:NAME$}  {reflected:>11.4e}  {estimate:>11.1e}", printable(name).to_string())?;
+            match certified_reflected {
+                Some([lower, upper]) => writeln!(f, "  {lower:>11.4e}  {upper:>11.4e}")?,
+                None => writeln!(f)?,
+            }
+        }
+        match (self.confidence, self.seed) {
+            (Some(confidence), Some(seed)) => writeln!(f, "certified but for a probability of {confidence:e}, seed {seed}"),
+            _ => Ok(()),
+        }
     }
 }

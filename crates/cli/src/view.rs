@@ -42,19 +42,19 @@ pub(crate) struct View {
     #[arg(long, value_name = "WxH", default_value = "512x512", value_parser = size)]
     size: [usize; 2],
     /// Rays a pixel, spread evenly over it; the pixel is the mean of the radiosities that they meet.
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=4096))]
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=4096), help_heading = crate::solve::EXPERT)]
     samples: u16,
     /// Stops by which a .png is brighter, each twice as bright; negative for darker.
-    #[arg(long, value_name = "STOPS", default_value_t = 0.0, value_parser = stops, allow_hyphen_values = true)]
+    #[arg(long, value_name = "STOPS", default_value_t = 0.0, value_parser = stops, allow_hyphen_values = true, help_heading = crate::solve::EXPERT)]
     exposure: f64,
     /// Tone curve of a .png.
-    #[arg(long, value_enum, default_value_t)]
+    #[arg(long, value_enum, default_value_t, help_heading = crate::solve::EXPERT)]
     tone: Tone,
     /// One exact gather for every ray rather than the polynomials.
-    #[arg(long, conflicts_with = "hermite")]
+    #[arg(long, conflicts_with = "hermite", help_heading = crate::solve::EXPERT)]
     gather: bool,
     /// Continuous cubic patches through exact values and gradients rather than the polynomials.
-    #[arg(long)]
+    #[arg(long, help_heading = crate::solve::EXPERT)]
     hermite: bool,
 }
 

@@ -3,12 +3,13 @@
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use numpy::{PyArray1, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
+use radgrad_certificate::{Certificate, Interval, Place, Request as Certifying, certify, certify_points};
 use radgrad_core::DVec3;
 use radgrad_scene::Scene;
 use radgrad_solver::{Irradiance, Ledger, MAX_DEGREE, Marking, Options, Progress, RelativeTo, Solution, SurfaceGradient, solve};
@@ -27,7 +28,13 @@ pub(crate) struct SolutionCore {
     scene: Arc<Scene>,
     error: f64,
     seconds: f64,
+    /// Of the mean: that which was made last.
+    certificate: Mutex<Option<Certificate>>,
 }
+
+/// Half-width, probability of failure, seed and rays of a certificate; `None` takes what the program does.
+#[derive(Debug, FromPyObject)]
+struct Wished(Option<f64>, Option<f64>, Option<u64>, Option<u64>);
 
 /// Points, their normals, whether they are taken to be on faces (else those near one are), and the shape that both have together.
 #[derive(Debug, FromPyObject)]
@@ -112,7 +119,8 @@ impl SolutionCore {
             match seen {
                 Ok(Seen::End(solution)) => {
                     let solution = Arc::new((*solution).map_err(refused)?);
-                    return Ok(Self { solution, scene, error: request.error, seconds: start.elapsed().as_secs_f64() });
+                    let seconds = start.elapsed().as_secs_f64();
+                    return Ok(Self { solution, scene, error: request.error, seconds, certificate: Mutex::new(None) });
                 }
                 Ok(Seen::Round(progress)) => {
                     let Some(watch) = &watch else { continue };
@@ -185,15 +193,49 @@ impl SolutionCore {
         (radiosity, radiosity_estimate, irradiance, irradiance_estimate).into_pyobject(py)
     }
 
+    /// Certifies the mean, and keeps that: lower and upper end in each channel, and the probability of failure, seed, walks and rays.
+    fn certify<'py>(&self, py: Python<'py>, wished: Wished) -> PyResult<Bound<'py, PyTuple>> {
+        let request = self.request(&wished);
+        let made = detached(py, false, |_| certify(&self.scene, &request).map_err(|error| Ended::Refused(error.to_string())))?;
+        let ends = PyArray1::from_iter(py, made.mean.iter().flat_map(ends));
+        let said = (ends, made.delta, made.seed, made.walks, made.rays);
+        *self.kept() = Some(made);
+        said.into_pyobject(py)
+    }
+
+    /// Certifies points: the ends of the radiosity, or of the irradiance in space, of the irradiance, in each channel; and the probability
+    /// that any of them fails, and the seed.
+    fn certify_points<'py>(&self, py: Python<'py>, asked: Asked<'_>, wished: Wished) -> PyResult<Bound<'py, PyTuple>> {
+        let request = Certifying { rays: wished.3.unwrap_or(radgrad_cli::file::RAYS_A_POINT), ..self.request(&wished) };
+        let shape = Shape(asked.3.clone());
+        let places = self.at_each(py, asked, |position, normal, is_on_face| {
+            let face = if is_on_face { Some(self.solution.gather(position, normal)?.face) } else { None };
+            Ok((Place { position, normal, face }, None))
+        })?;
+        let certified = detached(py, false, |_| {
+            let refused =
+                |index: usize, error: radgrad_certificate::Error| Ended::Refused(format!("{}{error}", shape.place(index)));
+            let found = certify_points(&self.scene, &places, &request).map_err(|error| Ended::Refused(error.to_string()))?;
+            let each = found.into_iter().enumerate().map(|(index, of)| of.map_err(|error| refused(index, error)));
+            each.collect::<Result<Vec<_>, _>>()
+        })?;
+        let radiosity = certified.iter().flat_map(|of| of.radiosity.as_ref().unwrap_or(&of.irradiance).iter().flat_map(ends));
+        let irradiance = certified.iter().flat_map(|of| of.irradiance.iter().flat_map(ends));
+        let (radiosity, irradiance) = (PyArray1::from_iter(py, radiosity), PyArray1::from_iter(py, irradiance));
+        (radiosity, irradiance, request.delta, request.seed).into_pyobject(py)
+    }
+
     /// The object that `radgrad solve --summary` prints.
     fn summary(&self, py: Python<'_>) -> PyResult<String> {
         let Self { solution, scene, error, seconds, .. } = self;
-        py.detach(|| radgrad_cli::file::summary(solution, scene, *error, *seconds)).map_err(refused)
+        let certificate = self.kept().clone();
+        py.detach(|| radgrad_cli::file::summary(solution, scene, certificate.as_ref(), *error, *seconds)).map_err(refused)
     }
 
     /// Writes a solution to a `.vtu` or `.ply`.
     fn write(&self, py: Python<'_>, file: PathBuf) -> PyResult<()> {
-        py.detach(|| radgrad_cli::file::solution(&self.solution, &self.scene, &file))
+        let certificate = self.kept().clone();
+        py.detach(|| radgrad_cli::file::solution(&self.solution, &self.scene, certificate.as_ref(), &file))
             .map_err(pyo3::exceptions::PyOSError::new_err)
     }
 
@@ -220,6 +262,22 @@ impl SolutionCore {
 }
 
 impl SolutionCore {
+    fn request(&self, wished: &Wished) -> Certifying {
+        let rest = radgrad_cli::file::certifying(&self.solution, self.error, wished.0);
+        let Wished(_, delta, seed, rays) = *wished;
+        Certifying {
+            delta: delta.unwrap_or(rest.delta),
+            seed: seed.unwrap_or(rest.seed),
+            rays: rays.unwrap_or(rest.rays),
+            ..rest
+        }
+    }
+
+    /// The certificate; who held it and panicked has not changed it by half.
+    fn kept(&self) -> MutexGuard<'_, Option<Certificate>> {
+        self.certificate.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
     /// Asks `of` for the answer at each point, by the point, its normal and whether it is on a face. Beside an answer that is beyond the range of
     /// a double `of` gives a sentence that says so.
     fn at_each<T: Send>(
@@ -253,6 +311,10 @@ struct Found {
     face: i64,
     radiosity: [Vec<f64>; 2],
     irradiance: [Vec<f64>; 2],
+}
+
+fn ends(of: &Interval) -> [f64; 2] {
+    [of.lower, of.upper]
 }
 
 fn totals(ledgers: &[Ledger]) -> Vec<f64> {

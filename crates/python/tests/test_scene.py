@@ -162,3 +162,25 @@ def test_what_a_callback_raises_comes_out(room):
 
     with pytest.raises(LookupError, match="enough"):
         room.solve(error=0.01, progress=raises)
+
+
+def test_a_solution_is_certified_by_the_scene_alone(room, tmp_path):
+    s = room.solve(error=0.02)
+    assert "confidence" not in s.summary
+    lower, upper = s.certified[0]
+    assert s.certified.shape == (1, 2) and s.confidence == 1e-6 and s.summary["confidence"] == 1e-6
+    assert lower < s.summary["channels"][0]["mean"] < upper and s.summary["channels"][0]["certified"] == [lower, upper]
+    wide = s.certify(width=0.1, delta=1e-3, seed=3)
+    assert (wide.confidence, wide.seed) == (1e-3, 3) and np.array_equal(s.certified, wide.interval)
+    assert np.array_equal(s.certify(width=0.1, delta=1e-3, seed=3).interval, wide.interval)
+    s.to_vtu(tmp_path / "room.vtu")
+    assert "certified" in (tmp_path / "room.vtu").read_text()
+    points = ([[0.5, 0.5, 0.0], [0.5, 0.5, 0.5]], [0, 0, 1])
+    of, b = s.certify(width=0.05, points=points, rays=50_000), s.gather(*points)
+    assert of.interval.shape == of.irradiance.shape == (2, 1, 2)
+    assert np.all(of.interval[..., 0] <= b.radiosity + b.estimate) and np.all(b.radiosity - b.estimate <= of.interval[..., 1])
+    # On the floor half of what arrives is sent on; in space all is meant.
+    assert np.allclose(of.interval[0], 0.5 * of.irradiance[0], rtol=1e-12) and np.array_equal(of.interval[1], of.irradiance[1])
+    for wrong in ({"width": 0.0}, {"delta": 1.0}, {"points": ([[5, 5, 0.0]], [0, 0, 0])}):
+        with pytest.raises(ValueError):
+            s.certify(**wrong)

@@ -50,6 +50,7 @@ pub use mesh::rule::{Node, rectangular};
 pub use mesh::shape::Shape;
 pub use picture::hermite::HermitePatch;
 pub use picture::reconstruction::Reconstruction;
+pub use solve::by_surface::SurfaceRadiosity;
 pub use solve::gather::{Gathered, Irradiance};
 pub use solve::gradient::{Gradient, SurfaceGradient};
 pub use solve::options::{Marking, Next, Options, Progress, RelativeTo};

@@ -9,6 +9,7 @@
 //! asked for along shadow lines ([`crate::solve::shadows`]); by thresholds, nothing after the first round
 //! ([`crate::links::linking`]).
 
+pub(crate) mod by_surface;
 mod check;
 pub(crate) mod detail;
 mod divide;

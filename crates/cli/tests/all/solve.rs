@@ -7,9 +7,9 @@ use serde_json::Value;
 use crate::folder::Folder;
 
 /// Two unit squares at distance 1 that reflect half and radiate 1, the radiosity at a centre and at a corner.
-const SQUARES: &str = "mtllib squares.mtl\nusemtl white\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n\
+pub(crate) const SQUARES: &str = "mtllib squares.mtl\nusemtl white\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n\
                        v 0 0 1\nv 0 1 1\nv 1 1 1\nv 1 0 1\nf 5 6 7 8\n";
-const WHITE: &str = "newmtl white\nKd 0.5 0.5 0.5\nKe 0.3183098861837907 0.3183098861837907 0.3183098861837907\n";
+pub(crate) const WHITE: &str = "newmtl white\nKd 0.5 0.5 0.5\nKe 0.3183098861837907 0.3183098861837907 0.3183098861837907\n";
 const POINTS: &str = r#"{"position":[0.5,0.5,0],"normal":[0,0,1]}
 {"id":"corner","position":[0,0,0],"normal":[0,0,2]}
 
@@ -18,32 +18,32 @@ const POINTS: &str = r#"{"position":[0.5,0.5,0],"normal":[0,0,1]}
 "#;
 
 /// A folder of its own with the scene in it.
-fn folder(name: &str) -> Folder {
+pub(crate) fn folder(name: &str) -> Folder {
     Folder::new(&format!("solve-{name}"), &[("squares.obj", SQUARES), ("squares.mtl", WHITE), ("points.jsonl", POINTS)])
 }
 
 impl Folder {
-    fn solve(&self, arguments: &[&str]) -> Output {
+    pub(crate) fn solve(&self, arguments: &[&str]) -> Output {
         let mut command = Command::new(env!("CARGO_BIN_EXE_radgrad"));
         command.current_dir(&self.0).args(["solve", "squares.obj"]).args(arguments).output().unwrap()
     }
 
-    fn read(&self, file: &str) -> String {
+    pub(crate) fn read(&self, file: &str) -> String {
         std::fs::read_to_string(self.0.join(file)).unwrap()
     }
 }
 
 /// The numbers of an array of a VTU file.
-fn numbers(vtu: &str, name: &str) -> Vec<f64> {
+pub(crate) fn numbers(vtu: &str, name: &str) -> Vec<f64> {
     let (_, rest) = vtu.split_once(&format!("Name=\"{name}\"")).unwrap();
     let (_, rest) = rest.split_once('>').unwrap();
     rest.split_once('<').unwrap().0.split_whitespace().map(|number| number.parse().unwrap()).collect()
 }
 
 /// Channels that no two can be taken for each other: red is not reflected at all, green twice as much as blue.
-const COLOURED: &str = "newmtl white\nKd 0 0.5 0.25\nKe 0.3183098861837907 0.6366197723675814 0.9549296585513721\n";
+pub(crate) const COLOURED: &str = "newmtl white\nKd 0 0.5 0.25\nKe 0.3183098861837907 0.6366197723675814 0.9549296585513721\n";
 
-fn lines(output: &Output) -> Vec<Value> {
+pub(crate) fn lines(output: &Output) -> Vec<Value> {
     std::str::from_utf8(&output.stdout).unwrap().lines().map(|line| serde_json::from_str(line).unwrap()).collect()
 }
 
@@ -137,6 +137,20 @@ fn the_summary_says_what_is_reflected_and_what_is_probably_not_meant() {
         let warnings = lines(&output)[0]["warnings"].clone();
         assert!(warnings[0].as_str().unwrap().contains(said) && warnings.as_array().unwrap().len() == 1, "{warnings}");
         assert!(String::from_utf8_lossy(&output.stderr).contains(said));
+    }
+}
+
+#[test]
+fn help_shows_what_many_need_first_and_wraps() {
+    let output = folder("help").solve(&["--help"]);
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
+    let (first, expert) = text.split_once("Expert:").unwrap();
+    let is_option = |line: &&str| line.starts_with("      --") || line.starts_with("  -");
+    let options = |text: &str| text.lines().filter(is_option).count();
+    assert!(options(first) <= 14 && options(expert) > 0, "{first}");
+    for name in ["error", "seconds", "certify", "points", "answers", "out", "view", "camera", "size", "resume", "summary"] {
+        assert!(first.contains(&format!("--{name}")), "{name}");
     }
 }
 

@@ -34,7 +34,7 @@ from ._evaluate import (
     irradiance_vector,
 )
 from ._radgrad import threads
-from ._scene import Factors, Gathered, Picture, Round, Scene, Slopes, Solution
+from ._scene import Certificate, Factors, Gathered, Picture, Round, Scene, Slopes, Solution
 
 __all__ = [
     "METHODS",
@@ -42,6 +42,7 @@ __all__ = [
     "Answer",
     "AuditReport",
     "Case",
+    "Certificate",
     "Digits",
     "Emitter",
     "EmitterTree",

@@ -523,12 +523,28 @@ class Picture:
     estimate: Floats
 
 
+@dataclass(frozen=True)
+class Certificate:
+    """Intervals that hold with a stated probability, whatever the scene: made by random walks on it that know nothing of the solution."""
+
+    #: Probability that any of the intervals fails.
+    confidence: float
+    #: Seed of the random numbers: the same gives the same bytes.
+    seed: int
+    #: (channels, 2): ends of the interval of the mean radiosity over all area; the upper is infinite where nothing bounds it. Of points
+    #: (..., channels, 2): of the radiosity on faces, of the irradiance in space.
+    interval: Floats
+    #: (..., channels, 2): of points, the ends of the irradiance; None of the mean.
+    irradiance: Optional[Floats] = None
+
+
 class Solution:
     """A solved scene. Made by `Scene.solve`."""
 
     def __init__(self, scene: Scene, request: "dict[str, Any]", watch: Optional[Callable[..., None]] = None) -> None:
         self._scene, self._request = scene, request
         self._core = _radgrad.SolutionCore(scene._core, request, watch)
+        self._certificate: Optional[Certificate] = None
 
     def __reduce__(self) -> Any:
         # Solving again gives the same digits, and takes no more than the scene to send.
@@ -550,9 +566,66 @@ class Solution:
 
     @property
     def summary(self) -> "dict[str, Any]":
-        """What was reached: `rounds`, `elements`, `links`, `estimate`, `seconds`, `warnings`, and of each of `channels` its mean
-        with its estimate. Radiosities in the unit of the emission, `estimate` over the mean."""
+        """What was reached: `rounds`, `elements`, `links`, `estimate`, `seconds`, `warnings`; of each of `channels` its mean with its
+        estimate and, once it was certified, the interval; of each of `surfaces` its area, and mean, least and largest in each channel.
+        Radiosities in the unit of the emission, `estimate` over the mean."""
         return json.loads(self._core.summary())
+
+    def certify(
+        self,
+        width: Optional[float] = None,
+        delta: Optional[float] = None,
+        seed: Optional[int] = None,
+        rays: Optional[int] = None,
+        points: Optional[Tuple[ArrayLike, ArrayLike]] = None,
+    ) -> Certificate:
+        """Certify the mean radiosity over all area, or points, by random walks on the scene alone.
+
+        Parameters
+        ----------
+        width : float, optional
+            Half the width of the interval, over the mean radiosity that is reflected, or over a point's irradiance, at which walks end. By
+            default a third of the `error` of the solve.
+        delta : float, optional
+            Probability that any of the intervals fails; 1e-6 by default.
+        seed : int, optional
+            Of the random numbers; 1 by default.
+        rays : int, optional
+            After which walks end in any case; for each point the same again. By default as many as take about a third of the time of the
+            solve, 200 million where a width is given, and 100,000 for each point.
+        points : (points, normals), optional
+            As for `gather`: certify these instead of the mean.
+
+        Returns
+        -------
+        Certificate
+            That of the mean is `certified` from then on, and in `summary` and files.
+
+        Raises
+        ------
+        ValueError
+            If an argument is out of range, or a point has no certificate.
+        """
+        wished = (None if width is None else float(width), None if delta is None else float(delta), seed, rays)
+        channels = len(self._scene.channels)
+        if points is not None:
+            shape, rows, directions = _pairs(*points)
+            *columns, confidence, seed = self._core.certify_points((rows, directions, None, list(shape)), wished)
+            interval, irradiance = (column.reshape((*shape, channels, 2)) for column in columns)
+            return Certificate(confidence, seed, interval, irradiance)
+        ends, confidence, seed, _, _ = self._core.certify(wished)
+        self._certificate = Certificate(confidence, seed, ends.reshape((channels, 2)))
+        return self._certificate
+
+    @property
+    def certified(self) -> Floats:
+        """(channels, 2): the interval of the mean radiosity that `certify` found last; it is asked when this is first read."""
+        return (self._certificate or self.certify()).interval
+
+    @property
+    def confidence(self) -> float:
+        """The probability that `certified` fails."""
+        return (self._certificate or self.certify()).confidence
 
     def gather(self, points: ArrayLike, normals: ArrayLike, on: Optional[str] = None) -> Gathered:
         """Radiosity and irradiance at points anywhere, each by one exact gather.

@@ -1,0 +1,75 @@
+//! What a solution comes to on each surface of its scene.
+
+use radgrad_scene::{Scene, Surface, largest, smallest};
+
+use crate::solve::solution::Solution;
+
+/// The radiosity of a surface, in each channel; of one that exchanges no light only the area.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SurfaceRadiosity {
+    /// Its area, in the square of the scene's unit of length.
+    pub area: f64,
+    /// The mean radiosity.
+    pub mean: Vec<f64>,
+    /// The part of it that is reflected.
+    pub reflected: Vec<f64>,
+    /// The least radiosity at nodes, corners and centres of its elements.
+    pub least: Vec<f64>,
+    /// The largest there.
+    pub largest: Vec<f64>,
+}
+
+impl Solution {
+    /// What each surface of the scene that was solved radiates. No value is below what its face emits, where it emits evenly, and 0 else.
+    ///
+    /// ```
+    /// use radgrad_solver::{Options, solve};
+    /// # use radgrad_scene::{Degenerate, Scene};
+    /// # let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/scenes/two_blocks.obj");
+    /// # let scene = Scene::read(file, Degenerate::Refuse)?;
+    /// let solution = solve(&scene, &Options { error: 0.5, degree: Some(1), first_elements: 1, ..Options::default() }, |_| true)?;
+    /// for (surface, found) in scene.surfaces().iter().zip(solution.by_surface(&scene)) {
+    ///     println!("{}: {:?}, from {:?} to {:?}", surface.name(), found.mean, found.least, found.largest);
+    /// }
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    #[must_use]
+    pub fn by_surface(&self, scene: &Scene) -> Vec<SurfaceRadiosity> {
+        let channels = self.channels.len();
+        let dark = |surface: &Surface| {
+            let area = surface.faces().iter().map(|&face| scene.faces()[face].polygon().area()).sum();
+            SurfaceRadiosity { area, mean: Vec::new(), reflected: Vec::new(), least: Vec::new(), largest: Vec::new() }
+        };
+        let mut found: Vec<SurfaceRadiosity> = scene.surfaces().iter().map(dark).collect();
+        let mut areas = vec![0.0; found.len()];
+        for leaf in self.mesh.leaves() {
+            let (element, basis) = (&self.mesh.elements()[leaf], self.mesh.basis(leaf));
+            let surface = scene.faces()[element.face()].surface();
+            areas[surface] += element.area();
+            let of = &mut found[surface];
+            of.mean.resize(channels, 0.0);
+            of.reflected.resize(channels, 0.0);
+            of.least.resize(channels, f64::INFINITY);
+            of.largest.resize(channels, f64::NEG_INFINITY);
+            let (shape, is_textured) = (element.shape(), self.surfaces.glows_by_texture(element.face()));
+            for channel in 0..channels {
+                // The first function of a basis is 1, and the others have no mean.
+                let whole = self.coefficients_on(leaf, channel)[0];
+                let emitted = self.emitted_on(leaf, channel)[0] + self.lamp_on(element.face(), channel);
+                of.mean[channel] += element.area() * whole;
+                of.reflected[channel] += element.area() * (whole - emitted);
+                let known = if is_textured { 0.0 } else { emitted };
+                let nodes = basis.nodes().iter().map(|node| node.at);
+                for at in nodes.chain(shape.corners().iter().copied()).chain([shape.centre()]) {
+                    let value = largest(self.value_on(leaf, channel, at), known);
+                    of.least[channel] = smallest(of.least[channel], value);
+                    of.largest[channel] = largest(of.largest[channel], value);
+                }
+            }
+        }
+        for (of, area) in found.iter_mut().zip(areas) {
+            of.mean.iter_mut().chain(&mut of.reflected).for_each(|sum| *sum /= area);
+        }
+        found
+    }
+}
