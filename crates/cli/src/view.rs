@@ -238,7 +238,7 @@ fn pixel(
     };
     let at = solution.mesh().elements()[leaf].reference(point);
     let polynomial = |channel| solution.value_on(leaf, channel, at);
-    let value = |channel| drawn.value_on(leaf, channel, at);
+    let value = |channel| largest(drawn.value_on(leaf, channel, at), solution.least_on(leaf, channel));
     // What is drawn differs from the polynomial, and that counts beside the polynomial's estimate.
     let estimates = solution.estimate_on(leaf);
     let estimate = |channel: usize| estimates[channel].total() + (value(channel) - polynomial(channel)).abs();

@@ -51,17 +51,16 @@ impl Solution {
             of.reflected.resize(channels, 0.0);
             of.least.resize(channels, f64::INFINITY);
             of.largest.resize(channels, f64::NEG_INFINITY);
-            let (shape, is_textured) = (element.shape(), self.surfaces.glows_by_texture(element.face()));
+            let shape = element.shape();
             for channel in 0..channels {
                 // The first function of a basis is 1, and the others have no mean.
                 let whole = self.coefficients_on(leaf, channel)[0];
                 let emitted = self.emitted_on(leaf, channel)[0] + self.lamp_on(element.face(), channel);
                 of.mean[channel] += element.area() * whole;
                 of.reflected[channel] += element.area() * (whole - emitted);
-                let known = if is_textured { 0.0 } else { emitted };
                 let nodes = basis.nodes().iter().map(|node| node.at);
                 for at in nodes.chain(shape.corners().iter().copied()).chain([shape.centre()]) {
-                    let value = largest(self.value_on(leaf, channel, at), known);
+                    let value = self.value_on(leaf, channel, at);
                     of.least[channel] = smallest(of.least[channel], value);
                     of.largest[channel] = largest(of.largest[channel], value);
                 }

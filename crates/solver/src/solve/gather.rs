@@ -8,6 +8,7 @@
 //! A point that is on no face is linked by itself, as finely as receivers are ([`crate::links::refine`]).
 
 use radgrad_core::{DVec3, Receiver};
+use radgrad_scene::largest;
 
 use crate::clock::Clock;
 use crate::error::Error;
@@ -221,6 +222,7 @@ impl Solution {
         let mut irradiance = self.estimated_sum(&station, &sum, lacking.as_ref().map(|of| of.other.face));
         if let Some(lacking) = lacking {
             irradiance.correct(&lacking.irradiance);
+            irradiance = irradiance.not_below_zero();
         }
         let [rho, emitted] = self.surfaces.at(face, point);
         let estimate = |c: usize| {
@@ -326,11 +328,23 @@ impl Solution {
         let rounding = |c: usize| 2.0 * f64::EPSILON * (rows.len() + 2) as f64 * (sums[c].abs() + known[c].abs());
         let of = |c: usize| estimated[c] + off[c] + Ledger { computation: rounding(c), ..Ledger::default() };
         let estimate = (0..channels).map(of).collect();
-        Irradiance { irradiance: sums.iter().zip(&known).map(|(sum, known)| sum + known).collect(), estimate }
+        let irradiance = sums.iter().zip(&known).map(|(sum, known)| sum + known).collect();
+        Irradiance { irradiance, estimate }.not_below_zero()
     }
 }
 
 impl Irradiance {
+    /// With 0 in the place of less, which an estimate then covers.
+    fn not_below_zero(mut self) -> Self {
+        for (irradiance, estimate) in self.irradiance.iter_mut().zip(&mut self.estimate) {
+            if *irradiance < 0.0 {
+                estimate.discretisation += largest(-*irradiance - estimate.total(), 0.0);
+                *irradiance = 0.0;
+            }
+        }
+        self
+    }
+
     /// Adds a correction in each channel, given with an estimate of its error.
     fn correct(&mut self, lacking: &[[f64; 2]]) {
         for (channel, &[lacking, off]) in lacking.iter().enumerate() {

@@ -97,13 +97,20 @@ impl Solution {
         (0..self.channels.len()).map(of).collect()
     }
 
-    /// Value of the polynomial on a leaf, in a channel.
+    /// Value of the polynomial on a leaf, in a channel; no less than [`Self::least_on`].
     #[must_use]
     pub fn value_on(&self, leaf: usize, channel: usize, reference: [f64; 2]) -> f64 {
         let (basis, face) = (self.mesh.basis(leaf), self.mesh.elements()[leaf].face());
         let values = basis.values(reference);
         let sent: f64 = self.field.of(leaf, channel, basis.len()).iter().zip(values).map(|(c, v)| c * v).sum();
-        sent + self.lamp_on(face, channel)
+        largest(sent + self.lamp_on(face, channel), self.least_on(leaf, channel))
+    }
+
+    /// The least radiosity that there can be on a leaf: what its face emits, if it does evenly, and 0 else.
+    #[must_use]
+    pub fn least_on(&self, leaf: usize, channel: usize) -> f64 {
+        let face = self.mesh.elements()[leaf].face();
+        if self.surfaces.glows_by_texture(face) { 0.0 } else { self.surfaces.emitted[face][channel] }
     }
 
     /// Coefficients of the polynomial on a leaf, with what it emits as a lamp, in a channel.
