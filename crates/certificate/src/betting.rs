@@ -1,6 +1,6 @@
 //! Confidence limits for the mean of independent numbers, by betting against each candidate of the mean.
 //!
-//! For numbers x_i in `[0, 1]` of mean m and stakes l_i that depend on earlier numbers alone, the capitals
+//! For numbers `x_i` in `[0, 1]` of mean m and stakes `l_i` that depend on earlier numbers alone, the capitals
 //! `K+(m) = prod (1 + l_i (x_i - m))` and `K-(m) = prod (1 - l_i (x_i - m))` are martingales that are never negative, so that each exceeds
 //! `2 / delta` at any time with probability at most `delta / 2` (J. Ville 1939). The limits are where they do: hedged capital of
 //! I. Waudby-Smith and A. Ramdas, "Estimating means of bounded random variables by betting", J. R. Stat. Soc. B 86 (2024), section 4.

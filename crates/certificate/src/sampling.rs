@@ -96,7 +96,7 @@ impl<W: Walker> Trial<W> {
         let mut drawn = trial.blocks(0..PILOT[0])?;
         let rays = |drawn: &[Block]| drawn.iter().map(|block| block.rays).sum::<u64>();
         let affordable = PILOT_PART * request.rays as f64 / (rays(&drawn) as f64 / PILOT[0] as f64);
-        drawn.extend(trial.blocks(PILOT[0]..(affordable as usize).clamp(PILOT[0], PILOT[1]))?);
+        drawn.extend(trial.blocks(PILOT[0]..count(affordable.floor()).clamp(PILOT[0], PILOT[1]))?);
         (trial.stream, trial.rays) = (stream, rays(&drawn));
         trial.rays_a_block = trial.rays as f64 / drawn.len() as f64;
         trial.walks_a_block = drawn[0].sums.len() / channels;
@@ -152,8 +152,8 @@ impl<W: Walker> Trial<W> {
         let ranges = self.walker.ranges();
         let mut bets: Vec<[Bets; 2]> = self.pilot.iter().map(|pilot| [0, 1].map(|_| Bets::new(self.delta, *pilot))).collect();
         let mut outcome = Outcome { limits: Vec::new(), walks: 0, rays: self.rays, surfaces: Vec::new() };
-        let most = ((self.request.rays as f64 / self.rays_a_block).ceil() as usize).max(1);
-        let (mut blocks, mut planned) = (0, (self.draws() / self.walks_a_block as f64).ceil() as usize);
+        let most = count(self.request.rays as f64 / self.rays_a_block).max(1);
+        let (mut blocks, mut planned) = (0, count(self.draws() / self.walks_a_block as f64));
         loop {
             planned = planned.clamp(blocks + 1, most.max(blocks + 1));
             let last = planned.min(GROWTH * blocks.max(PILOT[1]));
@@ -187,7 +187,17 @@ impl<W: Walker> Trial<W> {
             if need == 0.0 || blocks >= most {
                 return Ok(outcome);
             }
-            planned = (largest(need / self.walks_a_block as f64, blocks as f64) * SPARE).ceil() as usize;
+            planned = count(largest(need / self.walks_a_block as f64, blocks as f64) * SPARE);
         }
     }
+}
+
+/// A number of blocks that is not negative, rounded up.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "a cast saturates, and callers take the least of it and a limit"
+)]
+fn count(blocks: f64) -> usize {
+    blocks.ceil() as usize
 }
