@@ -32,8 +32,9 @@ use say::say;
 
 const EXIT_STATUS: &str = "Exit status:
   0  all was answered
-  1  lines of `eval` or points of `solve` were refused, `solve` stopped above the error or the
-     width asked for or contradicts its certificate, or `audit` found a violated gate
+  1  lines of `eval` or points of `solve` were refused, `solve` stopped above
+     the error or the width asked for or contradicts its certificate, or `audit`
+     found a violated gate
   2  the input cannot be read, an answer is no finite number, the output cannot be written, or the arguments are wrong";
 
 /// Radiosity and its gradient from polygonal emitters, with error bounds.

@@ -96,12 +96,11 @@ impl Mesh {
         let convex = polygons.iter().enumerate().map(|(face, polygon)| convex_parts(polygon).ok_or(Error::Face { face }));
         let convex = convex.collect::<Result<Vec<_>, Error>>()?;
         let boxes: Vec<[DVec3; 2]> = polygons.iter().map(|polygon| around(polygon.vertices())).collect();
-        // Those that are far away stand on nothing.
-        let others = |face: usize| {
+        // Those that are far away stand on nothing, and hang over nothing closely.
+        let others = |face: usize, close: f64| {
             let [low, high] = boxes[face];
             let meets = move |[from, to]: &[DVec3; 2]| {
-                let reach =
-                    DVec3::splat(largest(1e-6 * (high - low).max_element(), contact::CLOSE * (*to - *from).max_element()));
+                let reach = DVec3::splat(largest(1e-6 * (high - low).max_element(), close * (*to - *from).max_element()));
                 from.cmple(high + reach).all() && to.cmpge(low - reach).all()
             };
             let near = boxes.iter().enumerate().filter(move |(other, of)| *other != face && meets(of));
@@ -111,10 +110,11 @@ impl Mesh {
         let count = |polygon: &Polygon| slices(polygon.vertices()).map_or(1, |slices| slices.len());
         let slices_are_few = polygons.len() <= MOST_SLICES
             && polygons.iter().map(count).sum::<usize>() <= MOST_SLICES
-            && (0..polygons.len()).all(|face| others(face).next().is_none());
+            && (0..polygons.len()).all(|face| others(face, 0.0).next().is_none());
         let (mut elements, mut roots_of_face) = (Vec::new(), vec![Vec::new(); polygons.len()]);
         for (face, polygon) in polygons.iter().enumerate().filter(|(face, _)| exchanges[*face]) {
-            let by_feet = || contact::cut(polygon, &convex[face], others(face), matches!(cut, Cut::Few));
+            let close = if matches!(cut, Cut::Few) { contact::CLOSE } else { 0.0 };
+            let by_feet = || contact::cut(polygon, &convex[face], others(face, close), close);
             let squares = || {
                 let parts = by_feet().unwrap_or_else(|| convex[face].clone()).into_iter();
                 let parallelograms =

@@ -21,13 +21,13 @@ const PARALLEL: f64 = 1e-3;
 /// Parts of a face beyond which cutting costs more than it gains: it is then left whole.
 const MOST_PARTS: usize = 64;
 
-/// Convex parts of a face, given its own, between the edges that `others` put down on it, or where that is asked for hang close over it; `None` if
-/// there is nothing to cut.
+/// Convex parts of a face, given its own, between the edges that `others` put down on it, or hang over it up to this part of their size
+/// ([`CLOSE`], or 0); `None` if there is nothing to cut.
 pub(crate) fn cut<'a>(
     face: &Polygon,
     convex: &[Vec<DVec3>],
     others: impl Iterator<Item = &'a Polygon>,
-    below_close: bool,
+    close: f64,
 ) -> Option<Vec<Vec<DVec3>>> {
     let (normal, size) = (face.normal(), face.size());
     let level = LEVEL * size;
@@ -38,10 +38,10 @@ pub(crate) fn cut<'a>(
         if !v.iter().any(|&p| height(p) > level) {
             continue;
         }
-        let part = if normal.dot(other.normal()) < 0.0 { CLOSE } else { 0.5 * CLOSE };
-        let close = part * smallest(face.area(), other.area()).sqrt();
-        let is_parallel = below_close && normal.cross(other.normal()).length() <= PARALLEL;
-        let hangs = is_parallel && v.iter().all(|&p| height(p) > level && height(p) <= close);
+        let part = if normal.dot(other.normal()) < 0.0 { close } else { 0.5 * close };
+        let height_at_most = part * smallest(face.area(), other.area()).sqrt();
+        let is_parallel = normal.cross(other.normal()).length() <= PARALLEL;
+        let hangs = is_parallel && v.iter().all(|&p| height(p) > level && height(p) <= height_at_most);
         for (i, &a) in v.iter().enumerate() {
             let b = v[(i + 1) % v.len()];
             let stands = height(a).abs() <= level && height(b).abs() <= level;
@@ -122,16 +122,16 @@ mod tests {
         let (low, high) = (square(1.0, 2.0, 0.0), square(1.0, 2.0, 1.0));
         let side = |i: usize| Polygon::new(vec![low[i], low[(i + 1) % 4], high[(i + 1) % 4], high[i]]).unwrap();
         let sides: Vec<Polygon> = (0..4).map(side).collect();
-        let parts = cut(&floor, &[floor.vertices().to_vec()], sides.iter(), true).unwrap();
+        let parts = cut(&floor, &[floor.vertices().to_vec()], sides.iter(), CLOSE).unwrap();
         let areas: Vec<f64> = parts.iter().map(|part| Polygon::new(part.clone()).unwrap().area()).collect();
         assert_eq!(parts.len(), 5);
         assert!((areas.iter().sum::<f64>() - 16.0).abs() < 1e-12);
         assert!(areas.iter().any(|area| (area - 1.0).abs() < 1e-12), "{areas:?}");
         // A polygon that hangs close over the floor cuts it likewise; one that hangs higher, or ends at its edge, cuts nothing.
         let close = Polygon::new(square(1.0, 2.0, 0.1)).unwrap();
-        assert_eq!(cut(&floor, &[floor.vertices().to_vec()], std::iter::once(&close), true).map(|parts| parts.len()), Some(5));
+        assert_eq!(cut(&floor, &[floor.vertices().to_vec()], std::iter::once(&close), CLOSE).map(|parts| parts.len()), Some(5));
         let above = Polygon::new(high).unwrap();
         let wall = Polygon::new([[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [4.0, 0.0, 4.0]].map(DVec3::from).to_vec()).unwrap();
-        assert_eq!(cut(&floor, &[floor.vertices().to_vec()], [above, wall].iter(), true), None);
+        assert_eq!(cut(&floor, &[floor.vertices().to_vec()], [above, wall].iter(), CLOSE), None);
     }
 }

@@ -66,8 +66,18 @@ impl Solution {
                 }
             }
         }
+        // What was found of the error of the mean is part of it, and all reflected light has a share in that.
+        let share = |channel: usize| {
+            let all: f64 = found.iter().filter_map(|of| of.reflected.get(channel)).sum();
+            if all > 0.0 { self.reflected[channel] * self.mesh.area() / all } else { 1.0 }
+        };
+        let shares: Vec<f64> = (0..channels).map(share).collect();
         for (of, area) in found.iter_mut().zip(areas) {
-            of.mean.iter_mut().chain(&mut of.reflected).for_each(|sum| *sum /= area);
+            for ((mean, reflected), share) in of.mean.iter_mut().zip(&mut of.reflected).zip(&shares) {
+                let emitted = *mean - *reflected;
+                *reflected *= share / area;
+                *mean = emitted / area + *reflected;
+            }
         }
         found
     }

@@ -282,8 +282,8 @@ impl Solution {
         Ok(for_each(&elements, of)?.into_iter().collect())
     }
 
-    /// Estimate of the error of the mean radiosity over all area, in each channel, as a root mean square: what was found of it with its sign,
-    /// and what that may be off by. But for what is surely found it is at most the estimate of the mean of the magnitude.
+    /// The error of the mean radiosity over all area, in each channel: what is found of it with its sign, and an estimate of what is left once that
+    /// is added to the mean. Neither is more than the estimate of the mean of the magnitude.
     pub(super) fn estimate_mean(&self) -> Result<Option<Vec<MeanError>>, Error> {
         let Some(sent) = self.importance().cloned() else { return Ok(None) };
         let (links, below) = (self.links_of_lamps(&sent)?, self.importance_below(&sent)?);
@@ -307,8 +307,10 @@ impl Solution {
             parts = self.parts(&importance, (&below, &layers));
         }
         let of_channel = |((part, rough), most): ((&Part, &Part), &Ledger)| {
-            let [found, found_roughly] = [part, rough].map(|part| (part.swapped + part.detail) / area);
-            let off = part.off_by().hypot(part.unseen) / area;
+            // In all it is no more than what gathers are off by.
+            let no_more = |found: f64| largest(smallest(found, most.total()), -most.total());
+            let [found, found_roughly] = [part, rough].map(|part| no_more((part.swapped + part.detail) / area));
+            let off = no_more(part.off_by().hypot(part.unseen) / area);
             let left = STILL_OFF_BY * largest(found.abs(), found_roughly.abs());
             let total = smallest(left.hypot(off), most.total());
             let (discretisation, computation) = (part.detail.abs() + part.unseen, part.swapped.abs() + part.off_by());
