@@ -32,7 +32,7 @@ fn scaled(receiver: &Receiver, emitter: &Emitter, lengths: i32, emission: i32) -
 }
 
 fn scaled_polygon(polygon: &Polygon, lengths: i32) -> Polygon {
-    Polygon::new(polygon.vertices().iter().map(|v| back(*v, -lengths)).collect()).unwrap()
+    polygon.map(libm::scalbn(1.0, lengths), |v| back(v, -lengths)).unwrap()
 }
 
 /// A vector in a unit larger by so many powers of two.

@@ -150,8 +150,8 @@ fn judged(model: &Model, subject: Subject, statements: &[Statement], effort: (&E
     };
     let judged = |(statement, known): (&Statement, &Known)| {
         let one = Judged::new(*statement, *known, scale(statement));
-        let is_even = !((statement.value - known.value).abs() > most);
-        Judged { verdict: if is_even { one.verdict } else { Verdict::Broken }, ..one }
+        let is_uneven = (statement.value - known.value).abs() > most;
+        Judged { verdict: if is_uneven { Verdict::Broken } else { one.verdict }, ..one }
     };
     Ending::Judged(statements.iter().zip(&truth.known).map(judged).collect())
 }
