@@ -89,7 +89,7 @@ impl Judged {
             Verdict::Broken
         } else if off > most {
             beyond
-        } else if half > size && half > ROUGH * scale {
+        } else if half > most && half > ROUGH * scale {
             Verdict::Rough
         } else {
             Verdict::Held

@@ -20,7 +20,7 @@ pub enum Error {
 
 /// What walks may cost, and with which confidence their limits hold: of twenty thousand statements none is taken for wrong by
 /// chance with a probability of 0.998 and more.
-pub const EFFORT: Effort = Effort { rays: 300_000, rays_a_point: 250_000, digits: 15, seed: 1, confidence: 1.0 - 1e-7 };
+pub const EFFORT: Effort = Effort { rays: 600_000, rays_a_point: 1_000_000, digits: 15, seed: 1, confidence: 1.0 - 1e-7 };
 
 /// How sharp a truth is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

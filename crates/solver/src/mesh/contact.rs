@@ -18,6 +18,9 @@ const LEVEL: f64 = 1e-9;
 pub(crate) const CLOSE: f64 = 0.8;
 const PARALLEL: f64 = 1e-3;
 
+/// The part of a face's area below which what hangs over it takes too little light to be cut for.
+const NOTICED: f64 = 1e-3;
+
 /// Parts of a face beyond which cutting costs more than it gains: it is then left whole.
 const MOST_PARTS: usize = 64;
 
@@ -40,7 +43,7 @@ pub(crate) fn cut<'a>(
         }
         let part = if normal.dot(other.normal()) < 0.0 { close } else { 0.5 * close };
         let height_at_most = part * smallest(face.area(), other.area()).sqrt();
-        let is_parallel = normal.cross(other.normal()).length() <= PARALLEL;
+        let is_parallel = normal.cross(other.normal()).length() <= PARALLEL && other.area() >= NOTICED * face.area();
         let hangs = is_parallel && v.iter().all(|&p| height(p) > level && height(p) <= height_at_most);
         for (i, &a) in v.iter().enumerate() {
             let b = v[(i + 1) % v.len()];
