@@ -10,7 +10,7 @@ use radgrad_certificate::{Certificate, Interval};
 use radgrad_core::DVec3;
 use radgrad_scene::output::{self, Unwritten, write_whole};
 use radgrad_scene::{Materials, Scene};
-use radgrad_solver::{GradientRounds, Linking, MAX_DEGREE, Marking, Next, Options, Order, RelativeTo, Solution, solve_for};
+use radgrad_solver::{GradientRounds, Linking, MAX_DEGREE, Marking, Next, Options, RelativeTo, Solution, solve_for};
 
 use crate::certified::{self, Certifying};
 use crate::export::Format;
@@ -57,9 +57,6 @@ pub(crate) struct Request {
     /// gradients, for few elements in files; or the same after faces were cut along shadow lines, for the fewest.
     #[arg(long, value_enum, default_value_t, help_heading = EXPERT)]
     divide: Divide,
-    /// The order in which elements gather: in turn, or always the one with the largest residual.
-    #[arg(long, value_enum, default_value_t, help_heading = EXPERT)]
-    order: Gathering,
     /// Divide and link by thresholds rather than by the error, in one round: elements are linked if the form factor from neither to
     /// the other is this large, above 0 and at most 1.
     #[arg(long, value_name = "FACTOR", value_parser = factor, requires = "area", conflicts_with = "resume", help_heading = EXPERT)]
@@ -124,14 +121,6 @@ enum Reference {
     All,
 }
 
-/// [`Order`] on the command line.
-#[derive(Debug, Clone, Copy, Default, ValueEnum)]
-enum Gathering {
-    #[default]
-    GaussSeidel,
-    Southwell,
-}
-
 impl Request {
     /// Options of the solver, with this time.
     fn options(&self, time: Duration) -> Options {
@@ -139,10 +128,6 @@ impl Request {
             Divide::Residual => Marking::Residual,
             Divide::Gradient => Marking::Gradient,
             Divide::Shadows => Marking::Shadows,
-        };
-        let order = match self.order {
-            Gathering::GaussSeidel => Order::GaussSeidel,
-            Gathering::Southwell => Order::Southwell,
         };
         let relative_to = match self.relative_to {
             Reference::Reflected => RelativeTo::Reflected,
@@ -164,7 +149,6 @@ impl Request {
             time,
             marking,
             linking,
-            order,
             uniform: false,
         }
     }

@@ -387,18 +387,18 @@ impl Solution {
         if self.progress.round == 0 && self.mesh.clusters().root().is_some() {
             self.fill_evenly();
         } else {
-            self.sweep(options.order, 1e-2 * aim)?;
+            self.sweep(1e-2 * aim)?;
         }
         for _ in 0..8 {
             let began = self.clock.elapsed();
             let changed = options.linking == Linking::Error && self.refine(self.allowed, links)?;
             refined += self.clock.elapsed().saturating_sub(began);
-            self.sweep(options.order, 1e-2 * aim)?;
+            self.sweep(1e-2 * aim)?;
             if !changed {
                 break;
             }
         }
-        self.sweep(options.order, if may_be_even(&self.mesh, &self.lamps) { SOLVED } else { ROUGHLY_SOLVED * aim })?;
+        self.sweep(if may_be_even(&self.mesh, &self.lamps) { SOLVED } else { ROUGHLY_SOLVED * aim })?;
         self.error_estimate = ErrorEstimate::of(self.estimating(), [self.left_of_direct(), self.left_of_reflected()])?;
         let links = self.receivers.iter().map(|&receiver| self.links[receiver].len() + self.far[receiver].len()).sum();
         (self.details, self.estimated, self.importance) = (OnceLock::new(), OnceLock::new(), OnceLock::new());

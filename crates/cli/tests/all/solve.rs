@@ -272,10 +272,10 @@ fn a_vtu_has_each_channel_in_its_component_with_its_estimate() {
 }
 
 #[test]
-fn orders_and_divisions_keep_to_the_error_and_thresholds_say_what_they_reach() {
-    let folder = folder("orders");
+fn divisions_keep_to_the_error_and_thresholds_say_what_they_reach() {
+    let folder = folder("divisions");
     let estimate = |output: &Output| lines(output)[0]["estimate"].as_f64().unwrap();
-    for asked in [&[][..], &["--order", "southwell"], &["--divide", "gradient"]] {
+    for asked in [&[][..], &["--divide", "gradient"]] {
         let output = folder.solve(&[&["--summary", "--error", "0.2%"][..], asked].concat());
         assert_eq!(output.status.code(), Some(0), "{asked:?}");
         assert!(estimate(&output) <= 0.002, "{asked:?}");
@@ -291,7 +291,6 @@ fn orders_and_divisions_keep_to_the_error_and_thresholds_say_what_they_reach() {
         (by_thresholds("2", "1"), "2 is not above 0 and at most 1"),
         (by_thresholds("0.1", "0"), "0 is not above 0 and finite"),
         (folder.solve(&["--form-factor", "0.1"]), "--area"),
-        (folder.solve(&["--order", "random"]), "southwell"),
     ];
     for (output, message) in messages {
         assert_eq!(output.status.code(), Some(2));

@@ -5,7 +5,6 @@ use std::time::Duration;
 use radgrad_core::DVec3;
 use radgrad_scene::Placement;
 
-use crate::field::order::Order;
 use crate::links::linking::Linking;
 
 /// The rule by which elements are divided.
@@ -66,8 +65,6 @@ pub struct Options {
     /// How finely elements are linked. With thresholds there is one round, in which nothing is divided for the error asked for: set
     /// `first_elements` to 1 for a mesh that follows from them alone.
     pub linking: Linking,
-    /// The order in which receivers gather.
-    pub order: Order,
 }
 
 impl Default for Options {
@@ -82,7 +79,6 @@ impl Default for Options {
             time: None,
             marking: Marking::Residual,
             linking: Linking::Error,
-            order: Order::GaussSeidel,
         }
     }
 }
