@@ -10,7 +10,7 @@ use radgrad_certificate::{Certificate, Interval};
 use radgrad_core::DVec3;
 use radgrad_scene::output::{self, Unwritten, write_whole};
 use radgrad_scene::{Materials, Scene};
-use radgrad_solver::{GradientRounds, Linking, MAX_DEGREE, Marking, Next, Options, RelativeTo, Solution, solve_for};
+use radgrad_solver::{GradientRounds, MAX_DEGREE, Marking, Next, Options, RelativeTo, Solution, solve_for};
 
 use crate::certified::{self, Certifying};
 use crate::export::Format;
@@ -57,13 +57,6 @@ pub(crate) struct Request {
     /// gradients, for few elements in files; or the same after faces were cut along shadow lines, for the fewest.
     #[arg(long, value_enum, default_value_t, help_heading = EXPERT)]
     divide: Divide,
-    /// Divide and link by thresholds rather than by the error, in one round: elements are linked if the form factor from neither to
-    /// the other is this large, above 0 and at most 1.
-    #[arg(long, value_name = "FACTOR", value_parser = factor, requires = "area", conflicts_with = "resume", help_heading = EXPERT)]
-    form_factor: Option<f64>,
-    /// With --form-factor: the area, in the square of the scene's unit of length, below which no element is divided.
-    #[arg(long, value_name = "AREA", value_parser = area, requires = "form_factor", help_heading = EXPERT)]
-    area: Option<f64>,
     /// Write the solution: .vtu (radiosity, gradient, estimates of their errors) or .ply (colours). After every round too, so that a
     /// run that is interrupted leaves the last complete one.
     #[arg(long, value_name = "FILE")]
@@ -133,24 +126,8 @@ impl Request {
             Reference::Reflected => RelativeTo::Reflected,
             Reference::All => RelativeTo::All,
         };
-        let linking = match (self.form_factor, self.area) {
-            (Some(form_factor), Some(area)) => Linking::Thresholds { form_factor, area },
-            _ => Linking::Error,
-        };
         let (degree, most_elements, time) = (self.degree, self.most_elements, Some(time));
-        // Thresholds say by themselves how many elements there are.
-        let first_elements = if linking == Linking::Error { Options::default().first_elements } else { 1 };
-        Options {
-            error: self.error(),
-            relative_to,
-            degree,
-            most_elements,
-            first_elements,
-            time,
-            marking,
-            linking,
-            uniform: false,
-        }
+        Options { error: self.error(), relative_to, degree, most_elements, time, marking, ..Options::default() }
     }
 }
 
@@ -390,19 +367,9 @@ pub(crate) fn fraction(text: &str) -> Result<f64, String> {
     if value > 0.0 && value <= 1.0 { Ok(value) } else { Err(format!("{value} is not above 0 and at most 1 (100%)")) }
 }
 
-fn factor(text: &str) -> Result<f64, String> {
-    let value = text.parse::<f64>().map_err(|error| error.to_string())?;
-    if value > 0.0 && value <= 1.0 { Ok(value) } else { Err(format!("{value} is not above 0 and at most 1")) }
-}
-
 fn reflectance(text: &str) -> Result<f64, String> {
     let value = text.parse::<f64>().map_err(|error| error.to_string())?;
     if (0.0..1.0).contains(&value) { Ok(value) } else { Err(format!("{value} is not from 0 to below 1")) }
-}
-
-fn area(text: &str) -> Result<f64, String> {
-    let value = text.parse::<f64>().map_err(|error| error.to_string())?;
-    if value > 0.0 && value.is_finite() { Ok(value) } else { Err(format!("{value} is not above 0 and finite")) }
 }
 
 pub(crate) fn seconds(text: &str) -> Result<Duration, String> {

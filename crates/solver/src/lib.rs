@@ -10,7 +10,7 @@
 //! Scene -> Mesh        mesh, element, contact: trees of parallelograms and triangles; basis, rule: polynomials and nodes
 //!                      shadow, partition: faces cut along shadow lines, where that is asked for
 //!   -> direct light    direct: what lamps give, at the nodes of leaves; leaves are divided until little is left out
-//!   -> links           link, linking: what a receiver gathers from, and what that neglects; transfer, visible, cell: rules,
+//!   -> links           link, refine: what a receiver gathers from, and what that neglects; transfer, visible, cell: rules,
 //!                      closed forms; cluster: boxes of many faces, where there are many, for far or hidden light
 //!   -> Field           field, gathering: the linear system, solved in sweeps; sums pulled up the trees
 //!   -> ErrorEstimate   estimate: residual, mean(z |r|) with the importance z, and what it comes to at points; ledger: its sources
@@ -41,7 +41,6 @@ mod solve;
 
 pub use error::Error;
 pub use estimate::ledger::Ledger;
-pub use links::linking::Linking;
 pub use mesh::Mesh;
 pub use mesh::basis::{Basis, MAX_DEGREE};
 pub use mesh::element::Element;

@@ -16,7 +16,6 @@ use crate::links::cluster::far::Far;
 use crate::links::direct::Lit;
 use crate::links::gatherer::Gatherer;
 use crate::links::link::Link;
-use crate::links::linking::Linking;
 use crate::links::refine::{Need, WITHOUT_ORDER};
 use crate::links::station::Station;
 use crate::links::transfer::Row;
@@ -195,7 +194,6 @@ impl Solution {
             weight: &weight,
             allowed: self.allowed,
             without_order: WITHOUT_ORDER,
-            linking: Linking::Error,
             clock: Clock::started(),
         };
         let gatherer = Gatherer::Point(station);

@@ -19,7 +19,6 @@ use crate::error::Error;
 use crate::links::cluster::far::Far;
 use crate::links::gatherer::Gatherer;
 use crate::links::link::Link;
-use crate::links::linking::Linking;
 use crate::links::refine::{Need, WITHOUT_ORDER};
 use crate::links::station::Station;
 use crate::links::transfer::Kernel;
@@ -220,7 +219,6 @@ impl Solution {
             weight: &weight,
             without_order: WITHOUT_ORDER,
             allowed: FINER * self.allowed,
-            linking: Linking::Error,
             clock: Clock::started(),
         };
         let gatherer = Gatherer::Point(station);

@@ -3,9 +3,6 @@
 use std::time::Duration;
 
 use radgrad_core::DVec3;
-use radgrad_scene::Placement;
-
-use crate::links::linking::Linking;
 
 /// The rule by which elements are divided.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -47,7 +44,7 @@ pub struct Options {
     /// The reference of errors.
     pub relative_to: RelativeTo,
     /// Degree of the basis, 0 to 4. If none is given 2; 1 from a thousand faces on; 4 where elements are few and of faces that are apart, by up to
-    /// twice the sum of their radii, with [`Marking::Residual`] and [`Linking::Error`].
+    /// twice the sum of their radii, with [`Marking::Residual`].
     pub degree: Option<usize>,
     /// All faces are divided alike until there are this many elements; then the first round begins.
     pub first_elements: usize,
@@ -62,9 +59,6 @@ pub struct Options {
     pub time: Option<Duration>,
     /// Divide the elements that add most to the estimate, or those whose polynomials are off most.
     pub marking: Marking,
-    /// How finely elements are linked. With thresholds there is one round, in which nothing is divided for the error asked for: set
-    /// `first_elements` to 1 for a mesh that follows from them alone.
-    pub linking: Linking,
 }
 
 impl Default for Options {
@@ -78,21 +72,7 @@ impl Default for Options {
             uniform: false,
             time: None,
             marking: Marking::Residual,
-            linking: Linking::Error,
         }
-    }
-}
-
-impl Options {
-    /// The same where a scene was moved and scaled.
-    pub(crate) fn inward(&self, placement: &Placement) -> Self {
-        let linking = match self.linking {
-            Linking::Thresholds { form_factor, area } => {
-                Linking::Thresholds { form_factor, area: area * placement.power() * placement.power() }
-            }
-            Linking::Error => Linking::Error,
-        };
-        Self { linking, ..*self }
     }
 }
 

@@ -3,7 +3,6 @@
 mod coverage;
 mod exact;
 mod fewer_elements;
-mod linking;
 mod prepared;
 mod receiver;
 mod reconstruction;
