@@ -51,8 +51,6 @@ pub struct Options {
     /// Elements, divided ones too, beyond which nothing is divided any more: the estimate then says what was reached. Where faces are cut
     /// into a thousand or more, these do not count.
     pub most_elements: usize,
-    /// Divide everything rather than what pays.
-    pub uniform: bool,
     /// Time in which to be done: no round is begun that, by the time of those before, would end later, light is divided and links are
     /// refined no more when it is over, in the first round early. What must be done once is; from a second after the time on, form factors
     /// err by up to 1e-5, and estimates include that.
@@ -69,7 +67,6 @@ impl Default for Options {
             degree: None,
             first_elements: 32,
             most_elements: 20_000,
-            uniform: false,
             time: None,
             marking: Marking::Residual,
         }

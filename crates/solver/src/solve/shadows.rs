@@ -42,7 +42,7 @@ pub(super) fn mesh(ready: &Prepared, options: &Options, degree: usize) -> Result
     }
     let started = Clock::started();
     let time = options.time.map(|time| time.mul_f64(PART_OF_TIME));
-    let rough = Options { error: ERROR, time, uniform: true, marking: Marking::Residual, most_elements: 1, ..*options };
+    let rough = Options { error: ERROR, time, marking: Marking::Residual, most_elements: 1, ..*options };
     let mut first = Mesh::cut(&ready.scene, DEGREE, Cut::Parts(&[]))?;
     divide_evenly(&mut first, ROUGH)?;
     let mut solution = dark(ready, &rough, (first, Served::default()), Clock::started())?;
