@@ -10,7 +10,7 @@ use radgrad_certificate::{Certificate, Interval};
 use radgrad_core::DVec3;
 use radgrad_scene::output::{self, Unwritten, write_whole};
 use radgrad_scene::{Materials, Scene};
-use radgrad_solver::{GradientRounds, MAX_DEGREE, Marking, Next, Options, RelativeTo, Solution, solve_for};
+use radgrad_solver::{GradientRounds, MAX_DEGREE, Marking, Next, Options, Solution, solve_for};
 
 use crate::certified::{self, Certifying};
 use crate::export::Format;
@@ -34,9 +34,6 @@ pub(crate) struct Request {
     /// --seconds, then of what the points see whose gradients are not, to 40% of --seconds]
     #[arg(long, value_parser = fraction)]
     error: Option<f64>,
-    /// The reference of that: the mean radiosity without the faces' own emission, or with it.
-    #[arg(long, value_enum, default_value_t, help_heading = EXPERT)]
-    relative_to: Reference,
     /// What refinement serves, and what the error is of: the mean over all area; or the points of --points and what --camera sees of the
     /// scene, in the mean over them.
     #[arg(long = "for", value_enum, default_value_t, help_heading = EXPERT)]
@@ -106,14 +103,6 @@ enum Serve {
     Points,
 }
 
-/// [`RelativeTo`] on the command line.
-#[derive(Debug, Clone, Copy, Default, ValueEnum)]
-enum Reference {
-    #[default]
-    Reflected,
-    All,
-}
-
 impl Request {
     /// Options of the solver, with this time.
     fn options(&self, time: Duration) -> Options {
@@ -122,12 +111,8 @@ impl Request {
             Divide::Gradient => Marking::Gradient,
             Divide::Shadows => Marking::Shadows,
         };
-        let relative_to = match self.relative_to {
-            Reference::Reflected => RelativeTo::Reflected,
-            Reference::All => RelativeTo::All,
-        };
         let (degree, most_elements, time) = (self.degree, self.most_elements, Some(time));
-        Options { error: self.error(), relative_to, degree, most_elements, time, marking, ..Options::default() }
+        Options { error: self.error(), degree, most_elements, time, marking, ..Options::default() }
     }
 }
 

@@ -51,7 +51,7 @@ pub use picture::reconstruction::Reconstruction;
 pub use solve::by_surface::SurfaceRadiosity;
 pub use solve::gather::{Gathered, Irradiance};
 pub use solve::gradient::{Gradient, SurfaceGradient};
-pub use solve::options::{Marking, Next, Options, Progress, RelativeTo};
+pub use solve::options::{Marking, Next, Options, Progress};
 pub use solve::rounds::GradientRounds;
 pub use solve::solution::Solution;
 pub use solve::{solve, solve_for, solve_from};

@@ -344,7 +344,6 @@ fn dark(ready: &Prepared, options: &Options, (mesh, served): (Mesh, Served), clo
         mean: vec![0.0; channels.len()],
         reflected: vec![0.0; channels.len()],
         emitted: emitted(scene, &mesh, &lamps, &surfaces),
-        relative_to: options.relative_to,
         placement: ready.placement,
         warnings: ready.warnings.clone(),
         lamps,

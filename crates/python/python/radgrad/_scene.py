@@ -262,7 +262,6 @@ class Scene:
     def solve(
         self,
         error: float = 0.001,
-        relative_to: str = "reflected",
         degree: Optional[int] = None,
         seconds: Optional[float] = None,
         most_elements: Optional[int] = None,
@@ -275,8 +274,6 @@ class Scene:
         ----------
         error : float
             Estimate of the error of the mean radiosity over the mean that is reflected, at most.
-        relative_to : "reflected" or "all"
-            What errors are relative to: the mean radiosity without what faces emit themselves, or with it.
         degree : int, optional
             Of the polynomials on elements, 0 to 4. If none is given 2; 1 from a thousand faces on; 4 where few faces face each
             other at about their width.
@@ -301,7 +298,6 @@ class Scene:
         """
         request = {
             "error": float(error),
-            "relative_to": relative_to,
             "degree": degree,
             "seconds": seconds,
             "most_elements": most_elements,

@@ -18,31 +18,19 @@ pub enum Marking {
     Shadows,
 }
 
-/// The reference of errors: a mean over all area.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum RelativeTo {
-    /// The mean of the radiosity that is reflected: what faces emit is given, and has no error.
-    #[default]
-    Reflected,
-    /// The mean radiosity, with what faces emit.
-    All,
-}
-
 /// Accuracy, effort and ways of a solution.
 ///
 /// ```
-/// use radgrad_solver::{Options, RelativeTo};
+/// use radgrad_solver::{Marking, Options};
 /// use std::time::Duration;
 /// let options = Options { error: 0.01, time: Some(Duration::from_secs(5)), ..Options::default() };
-/// assert_eq!(options.relative_to, RelativeTo::Reflected);
+/// assert_eq!(options.marking, Marking::Residual);
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
-    /// Estimate of the error of the mean radiosity over all area, over what [`Self::relative_to`] says, at most, in every channel. Where
+    /// Estimate of the error of the mean radiosity over all area, over the mean that is reflected, at most, in every channel. Where
     /// points are served it is the mean magnitude of the error at them, and with [`Marking::Gradient`] that of gathers all over.
     pub error: f64,
-    /// The reference of errors.
-    pub relative_to: RelativeTo,
     /// Degree of the basis, 0 to 4. If none is given 2; 1 from a thousand faces on; 4 where elements are few and of faces that are apart, by up to
     /// twice the sum of their radii, with [`Marking::Residual`].
     pub degree: Option<usize>,
@@ -61,15 +49,7 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        Self {
-            error: 0.001,
-            relative_to: RelativeTo::Reflected,
-            degree: None,
-            first_elements: 32,
-            most_elements: 20_000,
-            time: None,
-            marking: Marking::Residual,
-        }
+        Self { error: 0.001, degree: None, first_elements: 32, most_elements: 20_000, time: None, marking: Marking::Residual }
     }
 }
 
@@ -142,6 +122,6 @@ pub struct Progress {
     pub links: usize,
     /// Gathers of receivers so far.
     pub gathers: usize,
-    /// Estimate of what [`Options::error`] is for, relative as [`Options::relative_to`] says, the largest of the channels.
+    /// Estimate of what [`Options::error`] is for, relative to the mean radiosity that is reflected, the largest of the channels.
     pub estimate: f64,
 }
