@@ -321,7 +321,7 @@ fn a_run_that_is_killed_leaves_whole_files_and_is_taken_up_again() {
 fn a_view_has_the_radiosity_of_what_is_seen_and_its_estimate() {
     let folder = folder("view");
     let camera = ["--camera", "0.5 0.5 0.9, 0.5 0.5 0, 0 1 0, 60", "--size", "5x3"];
-    for shading in [&[][..], &["--gather"], &["--hermite"]] {
+    for shading in [&[][..], &["--gather"]] {
         let view = [&["--degree", "1", "--view", "view.exr"][..], &camera, shading].concat();
         assert_eq!(folder.solve(&view).status.code(), Some(0));
         let exr = std::fs::read(folder.0.join("view.exr")).unwrap();
@@ -391,7 +391,7 @@ fn a_picture_has_each_channel_and_estimate_in_its_place_and_says_what_it_is() {
         exr[exr.len() - 24..].chunks_exact(4).map(|bytes| f64::from(f32::from_le_bytes(bytes.try_into().unwrap()))).collect()
     };
     // Blue, green, red and their estimates.
-    for shading in [&[][..], &["--gather"], &["--hermite"], &["--samples", "16"]] {
+    for shading in [&[][..], &["--gather"], &["--samples", "16"]] {
         let found = seen(shading);
         for (value, known) in found.iter().zip([3.189_230_123, 2.266_605_395, 1.0]) {
             assert!((value - known).abs() < 2e-3, "{shading:?}: {found:?}");

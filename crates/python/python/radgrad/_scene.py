@@ -696,7 +696,6 @@ class Solution:
         exposure: float = 0.0,
         tone: str = "reinhard",
         gather: bool = False,
-        hermite: bool = False,
     ) -> Picture:
         """What a camera sees.
 
@@ -716,8 +715,6 @@ class Solution:
             Tone curve of a ``.png``.
         gather : bool
             One exact gather a ray instead of the polynomials.
-        hermite : bool
-            Continuous cubic patches instead of the polynomials.
 
         Returns
         -------
@@ -734,7 +731,7 @@ class Solution:
             raise ValueError(f"camera has {numbers.size} numbers: expected ten, eye, target, up and field of view")
         options = [f"--camera={' '.join(map(repr, numbers.tolist()))}", f"--size={int(size[0])}x{int(size[1])}"]
         options += [f"--samples={int(samples)}", f"--exposure={float(exposure)!r}", f"--tone={tone}"]
-        options += ["--gather"] * bool(gather) + ["--hermite"] * bool(hermite)
+        options += ["--gather"] * bool(gather)
         if file is not None:
             options.append(f"--view={os.fspath(file)}")
         (width, height), radiosity, estimate = self._core.picture(options)

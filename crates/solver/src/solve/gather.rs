@@ -235,7 +235,7 @@ impl Solution {
     }
 
     /// Radiosity at a point of a leaf by one exact gather of the polynomials, not corrected as [`Self::gather_on`] is.
-    /// [`Self::gradient_at`] is its gradient, and [`Self::reconstruct`] has its values at the leaves' corners.
+    /// [`Self::gradient_at`] is its gradient.
     ///
     /// # Errors
     /// If it cannot be represented.

@@ -488,7 +488,7 @@ impl Solution {
             if occluders.is_empty() {
                 return gradient(&receiver, &emitter).map_err(refused);
             }
-            // The first rung's digits are more than a reconstruction needs.
+            // The first rung's digits are more than the choice of elements to divide needs.
             evaluate_to(&receiver, &emitter, &occluders, 1.0).map(|answer| answer.gradient).map_err(refused)
         };
         coefficients.iter().map(of_channel).collect()
