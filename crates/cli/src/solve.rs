@@ -10,7 +10,7 @@ use radgrad_certificate::{Certificate, Interval};
 use radgrad_core::DVec3;
 use radgrad_scene::output::{self, Unwritten, write_whole};
 use radgrad_scene::{Materials, Scene};
-use radgrad_solver::{GradientRounds, Linking, MAX_DEGREE, Marking, Next, Options, Order, RelativeTo, Solution, solve_for};
+use radgrad_solver::{GradientRounds, MAX_DEGREE, Marking, Next, Options, Solution, solve_for};
 
 use crate::certified::{self, Certifying};
 use crate::export::Format;
@@ -34,9 +34,6 @@ pub(crate) struct Request {
     /// --seconds, then of what the points see whose gradients are not, to 40% of --seconds]
     #[arg(long, value_parser = fraction)]
     error: Option<f64>,
-    /// The reference of that: the mean radiosity without the faces' own emission, or with it.
-    #[arg(long, value_enum, default_value_t, help_heading = EXPERT)]
-    relative_to: Reference,
     /// What refinement serves, and what the error is of: the mean over all area; or the points of --points and what --camera sees of the
     /// scene, in the mean over them.
     #[arg(long = "for", value_enum, default_value_t, help_heading = EXPERT)]
@@ -57,16 +54,6 @@ pub(crate) struct Request {
     /// gradients, for few elements in files; or the same after faces were cut along shadow lines, for the fewest.
     #[arg(long, value_enum, default_value_t, help_heading = EXPERT)]
     divide: Divide,
-    /// The order in which elements gather: in turn, or always the one with the largest residual.
-    #[arg(long, value_enum, default_value_t, help_heading = EXPERT)]
-    order: Gathering,
-    /// Divide and link by thresholds rather than by the error, in one round: elements are linked if the form factor from neither to
-    /// the other is this large, above 0 and at most 1.
-    #[arg(long, value_name = "FACTOR", value_parser = factor, requires = "area", conflicts_with = "resume", help_heading = EXPERT)]
-    form_factor: Option<f64>,
-    /// With --form-factor: the area, in the square of the scene's unit of length, below which no element is divided.
-    #[arg(long, value_name = "AREA", value_parser = area, requires = "form_factor", help_heading = EXPERT)]
-    area: Option<f64>,
     /// Write the solution: .vtu (radiosity, gradient, estimates of their errors) or .ply (colours). After every round too, so that a
     /// run that is interrupted leaves the last complete one.
     #[arg(long, value_name = "FILE")]
@@ -116,22 +103,6 @@ enum Serve {
     Points,
 }
 
-/// [`RelativeTo`] on the command line.
-#[derive(Debug, Clone, Copy, Default, ValueEnum)]
-enum Reference {
-    #[default]
-    Reflected,
-    All,
-}
-
-/// [`Order`] on the command line.
-#[derive(Debug, Clone, Copy, Default, ValueEnum)]
-enum Gathering {
-    #[default]
-    GaussSeidel,
-    Southwell,
-}
-
 impl Request {
     /// Options of the solver, with this time.
     fn options(&self, time: Duration) -> Options {
@@ -140,33 +111,8 @@ impl Request {
             Divide::Gradient => Marking::Gradient,
             Divide::Shadows => Marking::Shadows,
         };
-        let order = match self.order {
-            Gathering::GaussSeidel => Order::GaussSeidel,
-            Gathering::Southwell => Order::Southwell,
-        };
-        let relative_to = match self.relative_to {
-            Reference::Reflected => RelativeTo::Reflected,
-            Reference::All => RelativeTo::All,
-        };
-        let linking = match (self.form_factor, self.area) {
-            (Some(form_factor), Some(area)) => Linking::Thresholds { form_factor, area },
-            _ => Linking::Error,
-        };
         let (degree, most_elements, time) = (self.degree, self.most_elements, Some(time));
-        // Thresholds say by themselves how many elements there are.
-        let first_elements = if linking == Linking::Error { Options::default().first_elements } else { 1 };
-        Options {
-            error: self.error(),
-            relative_to,
-            degree,
-            most_elements,
-            first_elements,
-            time,
-            marking,
-            linking,
-            order,
-            uniform: false,
-        }
+        Options { error: self.error(), degree, most_elements, time, marking, ..Options::default() }
     }
 }
 
@@ -406,19 +352,9 @@ pub(crate) fn fraction(text: &str) -> Result<f64, String> {
     if value > 0.0 && value <= 1.0 { Ok(value) } else { Err(format!("{value} is not above 0 and at most 1 (100%)")) }
 }
 
-fn factor(text: &str) -> Result<f64, String> {
-    let value = text.parse::<f64>().map_err(|error| error.to_string())?;
-    if value > 0.0 && value <= 1.0 { Ok(value) } else { Err(format!("{value} is not above 0 and at most 1")) }
-}
-
 fn reflectance(text: &str) -> Result<f64, String> {
     let value = text.parse::<f64>().map_err(|error| error.to_string())?;
     if (0.0..1.0).contains(&value) { Ok(value) } else { Err(format!("{value} is not from 0 to below 1")) }
-}
-
-fn area(text: &str) -> Result<f64, String> {
-    let value = text.parse::<f64>().map_err(|error| error.to_string())?;
-    if value > 0.0 && value.is_finite() { Ok(value) } else { Err(format!("{value} is not above 0 and finite")) }
 }
 
 pub(crate) fn seconds(text: &str) -> Result<Duration, String> {

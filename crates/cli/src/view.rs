@@ -17,7 +17,7 @@ use indicatif::ProgressBar;
 use radgrad_core::{DVec3, Polygon};
 use radgrad_scene::output::{self, Unwritten, extension, write_whole};
 use radgrad_scene::{Occluders, Scene, largest, smallest};
-use radgrad_solver::{Ledger, Reconstruction, Solution};
+use radgrad_solver::{Ledger, NonNegative, Solution};
 use rayon::prelude::*;
 
 use crate::export::{UNIT, shade, srgb};
@@ -51,11 +51,8 @@ pub(crate) struct View {
     #[arg(long, value_enum, default_value_t, help_heading = crate::solve::EXPERT)]
     tone: Tone,
     /// One exact gather for every ray rather than the polynomials.
-    #[arg(long, conflicts_with = "hermite", help_heading = crate::solve::EXPERT)]
-    gather: bool,
-    /// Continuous cubic patches through exact values and gradients rather than the polynomials.
     #[arg(long, help_heading = crate::solve::EXPERT)]
-    hermite: bool,
+    gather: bool,
 }
 
 /// How radiosities become shades.
@@ -128,11 +125,7 @@ impl View {
     pub(crate) fn picture(&self, solution: &Solution) -> Result<Picture, Failure> {
         let camera = self.camera.as_ref().ok_or(Failure::Camera)?;
         // What is gathered needs nothing that is drawn.
-        let drawn = match (self.gather, self.hermite) {
-            (true, _) => None,
-            (_, true) => Some(solution.reconstruct()?),
-            _ => Some(solution.not_negative()),
-        };
+        let drawn = (!self.gather).then(|| solution.not_negative());
         let [width, height] = self.size;
         let (eye, samples) = (solution.placement().inward(camera.eye), usize::from(self.samples));
         let index = Occluders::new(solution.mesh().polygons());
@@ -174,10 +167,10 @@ impl View {
             channels.push((format!("estimate.{name}"), plane(&|pixel| pixel.estimate[index])));
             channels.push((name, plane(&|pixel| pixel.radiosity[index])));
         }
-        let how = match (self.gather, self.hermite) {
-            (true, _) => "exact gathers",
-            (_, true) => "cubic patches",
-            _ => "polynomials on elements, drawn toward their means where they would be negative",
+        let how = if self.gather {
+            "exact gathers"
+        } else {
+            "polynomials on elements, drawn toward their means where they would be negative"
         };
         let said =
             [("quantity", "radiosity"), ("unit", UNIT), ("shading", how), ("estimate", "of the error, in the layer estimate")];
@@ -222,7 +215,7 @@ impl View {
 /// The pixel of a ray from a point of the solution's own coordinates: of what is drawn, or else gathered.
 fn pixel(
     solution: &Solution,
-    drawn: Option<&Reconstruction>,
+    drawn: Option<&NonNegative<'_>>,
     index: &Occluders,
     [eye, direction]: [DVec3; 2],
 ) -> Result<Pixel, radgrad_solver::Error> {

@@ -12,7 +12,7 @@ use pyo3::types::PyTuple;
 use radgrad_certificate::{Certificate, Interval, Place, Request as Certifying, certify, certify_points};
 use radgrad_core::DVec3;
 use radgrad_scene::Scene;
-use radgrad_solver::{Irradiance, Ledger, MAX_DEGREE, Marking, Options, Progress, RelativeTo, Solution, SurfaceGradient, solve};
+use radgrad_solver::{Irradiance, Ledger, MAX_DEGREE, Marking, Options, Progress, Solution, SurfaceGradient, solve};
 use rayon::prelude::*;
 
 use crate::arrays::{Shape, vectors};
@@ -45,7 +45,6 @@ struct Asked<'py>(PyReadonlyArrayDyn<'py, f64>, PyReadonlyArrayDyn<'py, f64>, Op
 #[pyo3(from_item_all)]
 pub(crate) struct Request {
     error: f64,
-    relative_to: String,
     degree: Option<usize>,
     seconds: Option<f64>,
     most_elements: Option<usize>,
@@ -66,14 +65,8 @@ impl Request {
             "shadows" => Marking::Shadows,
             other => return Err(refused(format!("divide is {other:?}: it must be \"residual\", \"gradient\" or \"shadows\""))),
         };
-        let relative_to = match self.relative_to.as_str() {
-            "reflected" => RelativeTo::Reflected,
-            "all" => RelativeTo::All,
-            other => return Err(refused(format!("relative_to is {other:?}: it must be \"reflected\" or \"all\""))),
-        };
         Ok(Options {
             error: self.error,
-            relative_to,
             degree: self.degree,
             time: seconds.map_err(|error| refused(format!("seconds: {error}")))?,
             most_elements: self.most_elements.unwrap_or(rest.most_elements),

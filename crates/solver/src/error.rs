@@ -64,18 +64,6 @@ pub enum Error {
         /// The value given.
         value: f64,
     },
-    /// A threshold of form factors is none.
-    #[error("the threshold of form factors is {value}: it must be above 0 and at most 1")]
-    FormFactorThreshold {
-        /// The value given.
-        value: f64,
-    },
-    /// A threshold of areas is none.
-    #[error("the threshold of areas is {value}: it must be above 0 and finite, in the square of the unit of length")]
-    AreaThreshold {
-        /// The value given.
-        value: f64,
-    },
     /// The scene is refused.
     #[error(transparent)]
     Scene(#[from] radgrad_scene::Error),

@@ -7,7 +7,6 @@
 use radgrad_scene::{largest, smallest};
 pub(crate) mod acceleration;
 pub(crate) mod gathering;
-pub(crate) mod order;
 
 use crate::links::cluster::glow::Glow;
 use crate::links::transfer::{Kernel, Row};

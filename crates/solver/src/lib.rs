@@ -10,9 +10,9 @@
 //! Scene -> Mesh        mesh, element, contact: trees of parallelograms and triangles; basis, rule: polynomials and nodes
 //!                      shadow, partition: faces cut along shadow lines, where that is asked for
 //!   -> direct light    direct: what lamps give, at the nodes of leaves; leaves are divided until little is left out
-//!   -> links           link, linking: what a receiver gathers from, and what that neglects; transfer, visible, cell: rules,
+//!   -> links           link, refine: what a receiver gathers from, and what that neglects; transfer, visible, cell: rules,
 //!                      closed forms; cluster: boxes of many faces, where there are many, for far or hidden light
-//!   -> Field           field, gathering, order: the linear system, in sweeps or in Southwell's order; sums pulled up the trees
+//!   -> Field           field, gathering: the linear system, solved in sweeps; sums pulled up the trees
 //!   -> ErrorEstimate   estimate: residual, mean(z |r|) with the importance z, and what it comes to at points; ledger: its sources
 //!   -> divide, again   solve, marking: elements that make up most of the error, or are off most by samples and gradients
 //! Solution -> gather   gather: E + rho G B_h at a point, with its estimate
@@ -41,19 +41,16 @@ mod solve;
 
 pub use error::Error;
 pub use estimate::ledger::Ledger;
-pub use field::order::Order;
-pub use links::linking::Linking;
 pub use mesh::Mesh;
 pub use mesh::basis::{Basis, MAX_DEGREE};
 pub use mesh::element::Element;
 pub use mesh::rule::{Node, rectangular};
 pub use mesh::shape::Shape;
-pub use picture::hermite::HermitePatch;
-pub use picture::reconstruction::Reconstruction;
+pub use picture::NonNegative;
 pub use solve::by_surface::SurfaceRadiosity;
 pub use solve::gather::{Gathered, Irradiance};
 pub use solve::gradient::{Gradient, SurfaceGradient};
-pub use solve::options::{Marking, Next, Options, Progress, RelativeTo};
+pub use solve::options::{Marking, Next, Options, Progress};
 pub use solve::rounds::GradientRounds;
 pub use solve::solution::Solution;
 pub use solve::{solve, solve_for, solve_from};

@@ -5,7 +5,6 @@ pub(crate) mod cluster;
 pub(crate) mod direct;
 pub(crate) mod gatherer;
 pub(crate) mod link;
-pub(crate) mod linking;
 pub(crate) mod rays;
 pub(crate) mod refine;
 pub(crate) mod station;

@@ -176,11 +176,6 @@ impl Mesh {
         (0..self.elements.len()).filter(|&e| self.elements[e].is_leaf())
     }
 
-    /// The element without a parent that one is or is below.
-    pub(crate) fn root_of(&self, element: usize) -> usize {
-        self.above(element).last().unwrap_or(element)
-    }
-
     /// An element and those above it, up to the one without a parent.
     pub(crate) fn above(&self, element: usize) -> impl Iterator<Item = usize> {
         std::iter::successors(Some(element), |&at| self.elements[at].parent())
@@ -357,11 +352,6 @@ impl Mesh {
             element.polygon().vertices().iter().any(|v| of.polygon().normal().dot(*v - of.centre()) > level)
         };
         self.elements[a].face() != self.elements[b].face() && in_front(a, b) && in_front(b, a)
-    }
-
-    /// Whether a face that can light this one is at a point of it, within `reach`.
-    pub(crate) fn touches(&self, point: DVec3, face: usize, reach: f64) -> bool {
-        self.touching(point, face, reach).next().is_some()
     }
 
     /// Normals of the faces that can light this one and are at a point of it, within `reach`.

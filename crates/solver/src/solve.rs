@@ -6,8 +6,7 @@
 //! within the error asked for, relative to the mean radiosity that is reflected, the receivers that add most to the magnitude of errors are
 //! divided: those that together make up a given part of it (W. Dörfler 1996). Asked to go by the gradient it divides instead, leaves and receivers
 //! alike, those that are off most in the mean square ([`crate::solve::marking`]), on faces that are first cut into squares, or where it is
-//! asked for along shadow lines ([`crate::solve::shadows`]); by thresholds, nothing after the first round
-//! ([`crate::links::linking`]).
+//! asked for along shadow lines ([`crate::solve::shadows`]).
 
 pub(crate) mod by_surface;
 mod check;
@@ -51,7 +50,6 @@ use crate::estimate::unseen::Edges;
 use crate::field::Field;
 use crate::links::cell::Rules;
 use crate::links::direct::Lamps;
-use crate::links::linking::Linking;
 use crate::links::rays::cells_for;
 use crate::mesh::Mesh;
 use crate::mesh::clusters::FEWEST as MANY;
@@ -195,10 +193,9 @@ pub fn solve_for<N: Into<Next>>(
     if !(options.error > 0.0 && options.error <= 1.0) {
         return Err(Error::Tolerance { value: options.error });
     }
-    options.linking.check()?;
     let started = Clock::started();
     let ready = Prepared::of(scene)?;
-    let mut options = options.inward(&ready.placement);
+    let mut options = *options;
     let degree = options.degree.map_or_else(|| degree_for(&ready.scene, &options), Ok)?;
     let mut mesh = match options.marking {
         Marking::Shadows => shadows::mesh(&ready, &options, degree)?,
@@ -229,7 +226,6 @@ pub(crate) fn solve_on<N: Into<Next>>(
     let scene = &ready.scene;
     let clock = Clock::started();
     let mut options = *options;
-    options.linking.divide(&mut mesh, options.most_elements)?;
     divide_evenly(&mut mesh, options.first_elements)?;
     let mut solution = dark(ready, &options, (mesh, served), clock)?;
     let (mut before, mut expected) = (Duration::ZERO, Duration::ZERO);
@@ -244,8 +240,7 @@ pub(crate) fn solve_on<N: Into<Next>>(
         let took = clock.elapsed().saturating_sub(began + refined);
         expected = expected_after(took, before);
         let next = watch(&solution).into();
-        let may_go_on =
-            options.linking == Linking::Error && !solution.is_full(&options) && clock.has_time_for(options.time, expected);
+        let may_go_on = !solution.is_full(&options) && clock.has_time_for(options.time, expected);
         let goes_on = may_go_on
             && match next {
                 Next::End => false,
@@ -273,7 +268,7 @@ fn degree_for(scene: &Scene, options: &Options) -> Result<usize, Error> {
     if scene.faces().len() >= MANY {
         return Ok(DEGREE_OF_MANY);
     }
-    if options.marking != Marking::Residual || options.linking != Linking::Error {
+    if options.marking != Marking::Residual {
         return Ok(DEGREE);
     }
     // Each has a leaf at least.
@@ -306,7 +301,7 @@ fn nearest_of_few(mesh: &Mesh) -> Option<f64> {
     Some(pairs.map(distance).fold(f64::INFINITY, smallest))
 }
 
-/// The solution before the first round: its options' thresholds, and no light yet.
+/// The solution before the first round: no light yet.
 fn dark(ready: &Prepared, options: &Options, (mesh, served): (Mesh, Served), clock: Clock) -> Result<Solution, Error> {
     let scene = &ready.scene;
     let channels = scene.channels().to_vec();
@@ -349,7 +344,6 @@ fn dark(ready: &Prepared, options: &Options, (mesh, served): (Mesh, Served), clo
         mean: vec![0.0; channels.len()],
         reflected: vec![0.0; channels.len()],
         emitted: emitted(scene, &mesh, &lamps, &surfaces),
-        relative_to: options.relative_to,
         placement: ready.placement,
         warnings: ready.warnings.clone(),
         lamps,
@@ -373,32 +367,29 @@ impl Solution {
         // What a round cannot reach anyway is not paid for, if there may be another one.
         let is_last = self.is_full(options);
         let [light, links] = self.clock.for_round(self.progress.round == 0, options.time, expected);
-        let [aim, of_direct] = match options.linking {
-            Linking::Error if !is_last => self.aims(options.error),
-            _ => [options.error; 2],
-        };
+        let [aim, of_direct] = if is_last { [options.error; 2] } else { self.aims(options.error) };
         let are_apart = nearest_of_few(&self.mesh).is_some_and(|nearest| nearest >= APART);
         self.allowed = aim * if are_apart { LINK_PART_OF_FEW } else { LINK_PART };
         let began = self.clock.elapsed();
         self.light(of_direct, options, light)?;
         let mut refined = self.clock.elapsed().saturating_sub(began);
-        self.link(self.allowed, options.linking, links)?;
+        self.link(self.allowed, links)?;
         self.clock = self.clock.for_estimate(options.time, self.mesh.clusters().root().is_some());
         if self.progress.round == 0 && self.mesh.clusters().root().is_some() {
             self.fill_evenly();
         } else {
-            self.sweep(options.order, 1e-2 * aim)?;
+            self.sweep(1e-2 * aim)?;
         }
         for _ in 0..8 {
             let began = self.clock.elapsed();
-            let changed = options.linking == Linking::Error && self.refine(self.allowed, links)?;
+            let changed = self.refine(self.allowed, links)?;
             refined += self.clock.elapsed().saturating_sub(began);
-            self.sweep(options.order, 1e-2 * aim)?;
+            self.sweep(1e-2 * aim)?;
             if !changed {
                 break;
             }
         }
-        self.sweep(options.order, if may_be_even(&self.mesh, &self.lamps) { SOLVED } else { ROUGHLY_SOLVED * aim })?;
+        self.sweep(if may_be_even(&self.mesh, &self.lamps) { SOLVED } else { ROUGHLY_SOLVED * aim })?;
         self.error_estimate = ErrorEstimate::of(self.estimating(), [self.left_of_direct(), self.left_of_reflected()])?;
         let links = self.receivers.iter().map(|&receiver| self.links[receiver].len() + self.far[receiver].len()).sum();
         (self.details, self.estimated, self.importance) = (OnceLock::new(), OnceLock::new(), OnceLock::new());

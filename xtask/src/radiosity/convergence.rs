@@ -69,22 +69,24 @@ pub(super) fn measure(pair: Pair) -> Result<Vec<Point>, Box<dyn Error>> {
     let most = MOST[usize::from(pair == Pair::Edge)];
     let mut points = Vec::new();
     for degree in 0..=MAX_DEGREE {
-        for uniform in [true, false] {
-            let options = Options {
-                error: 1e-9,
-                degree: Some(degree),
-                first_elements: 1,
-                most_elements: most,
-                uniform,
-                ..Options::default()
-            };
-            solve(&scene, &options, |solution| {
-                let (progress, error) = (solution.progress(), off(solution));
-                points.push(Point { degree, uniform, elements: progress.elements, error, estimate: progress.estimate });
-                // Beyond that the reference is no better.
-                error > 1e-7 && progress.elements * 4 <= 2 * most
-            })?;
+        let point = |uniform: bool, solution: &Solution| {
+            let (progress, error) = (solution.progress(), off(solution));
+            Point { degree, uniform, elements: progress.elements, error, estimate: progress.estimate }
+        };
+        // Beyond that the reference is no better.
+        let goes_on = |point: &Point| point.error > 1e-7 && point.elements * 4 <= 2 * most;
+        let options = Options { error: 1e-9, degree: Some(degree), first_elements: 1, most_elements: most, ..Options::default() };
+        for first_elements in (0..).map(|level| 2 << (2 * level)) {
+            let alike = Options { first_elements, most_elements: 1, ..options };
+            points.push(point(true, &solve(&scene, &alike, |_| false)?));
+            if !points.last().is_some_and(goes_on) {
+                break;
+            }
         }
+        solve(&scene, &options, |solution| {
+            points.push(point(false, solution));
+            points.last().is_some_and(goes_on)
+        })?;
     }
     Ok(points)
 }

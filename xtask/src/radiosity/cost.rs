@@ -5,14 +5,14 @@
 //! - a city: high blocks on tiles of the ground, under a sky of tiles that glow, open to the sides;
 //! - a house: rooms on one floor, with doors between them, a box in each, and ceilings that glow.
 //!
-//! One round of constant elements, links and clusters refined to the same part of the mean radiosity.
+//! One round of constant elements, links and clusters refined to the same part of the mean radiosity that is reflected.
 
 use std::error::Error;
 use std::time::Instant;
 
 use radgrad_core::{DVec3, Polygon};
 use radgrad_scene::Scene;
-use radgrad_solver::{Options, RelativeTo, solve};
+use radgrad_solver::{Options, solve};
 
 use super::graph::{Graph, Series};
 use super::squares::Quad;
@@ -79,14 +79,7 @@ pub(super) fn measure(most: usize) -> Result<Vec<Point>, Box<dyn Error>> {
             if !(LEAST..=most).contains(&scene.faces().len()) {
                 continue;
             }
-            let options = Options {
-                error: ERROR,
-                relative_to: RelativeTo::All,
-                degree: Some(0),
-                first_elements: 1,
-                most_elements: 1,
-                ..Options::default()
-            };
+            let options = Options { error: ERROR, degree: Some(0), first_elements: 1, most_elements: 1, ..Options::default() };
             let start = Instant::now();
             let solution = solve(&scene, &options, |_| true)?;
             let (seconds, progress) = (start.elapsed().as_secs_f64(), solution.progress());

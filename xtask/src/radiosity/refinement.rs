@@ -91,7 +91,7 @@ pub(super) fn measure() -> Result<Vec<Point>, Box<dyn Error>> {
             Point { degree, division, elements, errors: errors(solution, &places), estimate }
         };
         for first_elements in UNIFORM {
-            let solution = solve(&scene, &Options { first_elements, uniform: true, ..rough }, |_| true)?;
+            let solution = solve(&scene, &Options { first_elements, ..rough }, |_| true)?;
             points.push(point(Division::Uniform, &solution));
         }
         for (division, marking) in [(Division::Residual, Marking::Residual), (Division::Gradient, Marking::Gradient)] {

@@ -71,7 +71,6 @@ pub(super) fn measure() -> Result<Vec<Point>, Box<dyn Error>> {
                     error: if degree == 0 { 0.3 } else { 0.05 },
                     degree: Some(degree),
                     first_elements,
-                    uniform: true,
                     marking: if cut { Marking::Shadows } else { Marking::Gradient },
                     ..Options::default()
                 };

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use radgrad_oracle::scene::known::{FacingRectangles, furnace_emission};
 use radgrad_scene::Quantity;
-use radgrad_solver::{Linking, Marking};
+use radgrad_solver::Marking;
 
 use super::model::{Change, Exact, Expected, Grid, Model, Part, Probe, Ways};
 use crate::sampler::{Sampler, power_of_two};
@@ -156,11 +156,6 @@ pub(super) fn ways(model: &mut Model, s: &mut Sampler) {
     }
     match s.below(5) {
         2 => model.ways.marking = Marking::Gradient,
-        3 if model.change == Change::None => {
-            let area = model.parts.iter().map(area).fold(0.0, |most: f64, of| if of > most { of } else { most });
-            model.ways.linking = Linking::Thresholds { form_factor: s.spread(-4, -1), area: area * s.spread(-4, 0) };
-            model.degree = Some(s.below(2) as usize);
-        }
         4 => model.ways.for_points = true,
         _ => (),
     }

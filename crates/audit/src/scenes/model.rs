@@ -9,7 +9,7 @@ use radgrad_core::Polygon;
 use radgrad_oracle::scene as oracle;
 use radgrad_oracle::scene::known::FacingRectangles;
 use radgrad_scene::{Quantity, Scene, Texture};
-use radgrad_solver::{Linking, Marking};
+use radgrad_solver::Marking;
 
 use super::written::{self, Lies, Written};
 
@@ -111,8 +111,6 @@ pub struct Model {
 pub struct Ways {
     /// The rule by which elements are divided.
     pub marking: Marking,
-    /// How elements are linked.
-    pub linking: Linking,
     /// Whether the points are served.
     pub for_points: bool,
     /// Whether it is given more effort than others.

@@ -172,7 +172,6 @@ fn counted(model: &Model) -> Options {
         most_elements: if model.ways.long { MORE_ELEMENTS } else { ELEMENTS },
         first_elements: 1,
         marking: model.ways.marking,
-        linking: model.ways.linking,
         ..Options::default()
     }
 }

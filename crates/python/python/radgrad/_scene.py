@@ -262,7 +262,6 @@ class Scene:
     def solve(
         self,
         error: float = 0.001,
-        relative_to: str = "reflected",
         degree: Optional[int] = None,
         seconds: Optional[float] = None,
         most_elements: Optional[int] = None,
@@ -275,8 +274,6 @@ class Scene:
         ----------
         error : float
             Estimate of the error of the mean radiosity over the mean that is reflected, at most.
-        relative_to : "reflected" or "all"
-            What errors are relative to: the mean radiosity without what faces emit themselves, or with it.
         degree : int, optional
             Of the polynomials on elements, 0 to 4. If none is given 2; 1 from a thousand faces on; 4 where few faces face each
             other at about their width.
@@ -301,7 +298,6 @@ class Scene:
         """
         request = {
             "error": float(error),
-            "relative_to": relative_to,
             "degree": degree,
             "seconds": seconds,
             "most_elements": most_elements,
@@ -700,7 +696,6 @@ class Solution:
         exposure: float = 0.0,
         tone: str = "reinhard",
         gather: bool = False,
-        hermite: bool = False,
     ) -> Picture:
         """What a camera sees.
 
@@ -720,8 +715,6 @@ class Solution:
             Tone curve of a ``.png``.
         gather : bool
             One exact gather a ray instead of the polynomials.
-        hermite : bool
-            Continuous cubic patches instead of the polynomials.
 
         Returns
         -------
@@ -738,7 +731,7 @@ class Solution:
             raise ValueError(f"camera has {numbers.size} numbers: expected ten, eye, target, up and field of view")
         options = [f"--camera={' '.join(map(repr, numbers.tolist()))}", f"--size={int(size[0])}x{int(size[1])}"]
         options += [f"--samples={int(samples)}", f"--exposure={float(exposure)!r}", f"--tone={tone}"]
-        options += ["--gather"] * bool(gather) + ["--hermite"] * bool(hermite)
+        options += ["--gather"] * bool(gather)
         if file is not None:
             options.append(f"--view={os.fspath(file)}")
         (width, height), radiosity, estimate = self._core.picture(options)

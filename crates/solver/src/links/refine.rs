@@ -3,8 +3,7 @@
 //! Links are refined where the light they neglect, times the reflectance, is too large: Hanrahan's brightness-weighted refinement,
 //! with a bound in the place of the brightness.
 //!
-//! Where faces are many a receiver begins with one cluster of all of them ([`crate::mesh::clusters`]), unless links go by
-//! thresholds. The one that is off most, by an estimate, is opened, and its elements at last linked, until what all closed ones are off
+//! Where faces are many a receiver begins with one cluster of all of them ([`crate::mesh::clusters`]). The one that is off most, by an estimate, is opened, and its elements at last linked, until what all closed ones are off
 //! by and the light that links neglect are together within the allowed error.
 
 use crate::clock::Clock;
@@ -15,7 +14,6 @@ use crate::links::cluster::far::Far;
 use crate::links::cluster::sampled::{Draw, FEWEST_RAYS, MOST_RAYS, Rays};
 use crate::links::gatherer::Gatherer;
 use crate::links::link::{Link, rows};
-use crate::links::linking::Linking;
 use crate::links::station::Station;
 use crate::links::transfer::{Kernel, Optics, Row};
 use crate::mesh::Sight;
@@ -32,7 +30,6 @@ pub(crate) struct Need<'a> {
     pub(crate) allowed: f64,
     /// How much more clusters may be off by.
     pub(crate) without_order: f64,
-    pub(crate) linking: Linking,
     pub(crate) clock: Clock,
 }
 
@@ -73,12 +70,7 @@ impl Optics<'_> {
             if matches!(sight, Sight::Nothing(_)) {
                 continue;
             }
-            let is_too_rough = || match (need.linking, gatherer) {
-                (thresholds @ Linking::Thresholds { .. }, Gatherer::Element(receiver)) => {
-                    thresholds.parts(self.mesh, receiver, source)
-                }
-                _ => self.is_too_rough(&stations, source, need),
-            };
+            let is_too_rough = || self.is_too_rough(&stations, source, need);
             if let Some(first) = self.mesh.elements()[source].children().filter(|_| is_too_rough()) {
                 open.extend((first..first + 4).map(|child| (child, Some(sight.faces().to_vec()))));
                 continue;
@@ -149,7 +141,7 @@ impl Optics<'_> {
         need: &Need<'_>,
     ) -> Result<(Vec<Link>, Far), Error> {
         let tree = self.mesh.clusters();
-        let root = tree.root().filter(|_| need.linking == Linking::Error);
+        let root = tree.root();
         let (links, mut clusters) = match of_parent {
             Some((links, far)) => {
                 let sources = links.iter().map(|link| (link.source, Some(link.sight.faces())));

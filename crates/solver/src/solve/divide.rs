@@ -26,10 +26,9 @@ const REFLECTED_PART: f64 = 0.005;
 impl Solution {
     /// Divides what leaves out most.
     pub(super) fn divide(&mut self, options: &Options) -> Result<(), Error> {
-        let (elements, receivers) = match (options.uniform, options.marking) {
-            (true, _) => (Vec::new(), self.receivers.clone()),
-            (_, Marking::Residual) => (Vec::new(), bulk(self.shares(), self.part(options))),
-            (_, Marking::Gradient | Marking::Shadows) => self.most_off()?,
+        let (elements, receivers) = match options.marking {
+            Marking::Residual => (Vec::new(), bulk(self.shares(), self.part(options))),
+            Marking::Gradient | Marking::Shadows => self.most_off()?,
         };
         for &element in elements.iter().chain(&receivers) {
             self.mesh.divide(element)?;

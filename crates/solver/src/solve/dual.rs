@@ -40,7 +40,6 @@ use crate::links::cluster::far::Far;
 use crate::links::direct::FEW as MOST_LAMPS;
 use crate::links::gatherer::Gatherer;
 use crate::links::link::Link;
-use crate::links::linking::Linking;
 use crate::links::refine::{Need, WITHOUT_ORDER};
 use crate::links::transfer::Row;
 use crate::mesh::basis::{Basis, Excess, dot};
@@ -209,8 +208,8 @@ impl Solution {
             |channel: usize| lamps.iter().map(|&lamp| self.mesh.elements()[lamp].area() * emitted(lamp, channel)).sum::<f64>();
         let weight: Vec<f64> =
             channels.clone().zip(self.reference()).map(|(c, reference)| ratio(power(c), reference * area)).collect();
-        let (allowed, without_order, linking) = (OF_LAMPS * self.allowed, WITHOUT_ORDER, Linking::Error);
-        let need = Need { field: importance, weight: &weight, allowed, without_order, linking, clock: self.clock };
+        let allowed = OF_LAMPS * self.allowed;
+        let need = Need { field: importance, weight: &weight, allowed, without_order: WITHOUT_ORDER, clock: self.clock };
         let of_lamp = |lamp: usize| {
             let (optics, own) = (self.optics(), self.mesh.basis(lamp));
             let (links, far) = (&self.links[lamp], &self.far[lamp]);
@@ -383,8 +382,7 @@ impl Solution {
         let allowed = FINER * neglected.iter().map(|&(receiver, of)| area(receiver) * of).sum::<f64>() / self.mesh.area();
         let rough: Vec<usize> = neglected.into_iter().filter(|&(_, of)| of > allowed).map(|(receiver, _)| receiver).collect();
         let refined = |receiver: usize| {
-            let (weight, without_order, linking) = (&light(receiver)[..], WITHOUT_ORDER, Linking::Error);
-            let need = Need { field, weight, allowed, without_order, linking, clock: self.clock };
+            let need = Need { field, weight: &light(receiver), allowed, without_order: WITHOUT_ORDER, clock: self.clock };
             let (mut links, mut far) = (own(receiver).to_vec(), Far::default());
             let any = self.optics().refine(Gatherer::Element(receiver), (&mut links, &mut far), &need)?;
             Ok(any.then_some((receiver, Gathers { links, far, basis: None })))

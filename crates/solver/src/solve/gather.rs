@@ -17,7 +17,6 @@ use crate::links::cluster::far::Far;
 use crate::links::direct::Lit;
 use crate::links::gatherer::Gatherer;
 use crate::links::link::Link;
-use crate::links::linking::Linking;
 use crate::links::refine::{Need, WITHOUT_ORDER};
 use crate::links::station::Station;
 use crate::links::transfer::Row;
@@ -196,7 +195,6 @@ impl Solution {
             weight: &weight,
             allowed: self.allowed,
             without_order: WITHOUT_ORDER,
-            linking: Linking::Error,
             clock: Clock::started(),
         };
         let gatherer = Gatherer::Point(station);
@@ -239,7 +237,7 @@ impl Solution {
     }
 
     /// Radiosity at a point of a leaf by one exact gather of the polynomials, not corrected as [`Self::gather_on`] is.
-    /// [`Self::gradient_at`] is its gradient, and [`Self::reconstruct`] has its values at the leaves' corners.
+    /// [`Self::gradient_at`] is its gradient.
     ///
     /// # Errors
     /// If it cannot be represented.

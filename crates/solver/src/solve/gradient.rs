@@ -19,7 +19,6 @@ use crate::error::Error;
 use crate::links::cluster::far::Far;
 use crate::links::gatherer::Gatherer;
 use crate::links::link::Link;
-use crate::links::linking::Linking;
 use crate::links::refine::{Need, WITHOUT_ORDER};
 use crate::links::station::Station;
 use crate::links::transfer::Kernel;
@@ -220,7 +219,6 @@ impl Solution {
             weight: &weight,
             without_order: WITHOUT_ORDER,
             allowed: FINER * self.allowed,
-            linking: Linking::Error,
             clock: Clock::started(),
         };
         let gatherer = Gatherer::Point(station);
@@ -490,7 +488,7 @@ impl Solution {
             if occluders.is_empty() {
                 return gradient(&receiver, &emitter).map_err(refused);
             }
-            // The first rung's digits are more than a reconstruction needs.
+            // The first rung's digits are more than the choice of elements to divide needs.
             evaluate_to(&receiver, &emitter, &occluders, 1.0).map(|answer| answer.gradient).map_err(refused)
         };
         coefficients.iter().map(of_channel).collect()

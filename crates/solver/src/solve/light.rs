@@ -2,7 +2,6 @@
 
 use crate::clock::Clock;
 use crate::error::Error;
-use crate::links::linking::Linking;
 use crate::solve::divide::{bulk, part_to_divide};
 use crate::solve::options::{Marking, Options};
 use crate::solve::solution::{Solution, for_each, ratio};
@@ -14,7 +13,7 @@ const DIRECT_PART: f64 = 0.15;
 impl Solution {
     /// Projects direct light on new leaves, and divides leaves until what that leaves out is small, or there is no time.
     pub(super) fn light(&mut self, aim: f64, options: &Options, clock: Clock) -> Result<(), Error> {
-        let apart = !options.uniform && options.marking == Marking::Residual && options.linking == Linking::Error;
+        let apart = options.marking == Marking::Residual;
         loop {
             self.project_direct()?;
             if self.direct.is_empty() || !apart || self.is_full(options) || clock.is_over() {

@@ -7,7 +7,6 @@ use crate::error::Error;
 use crate::links::cluster::far::Far;
 use crate::links::gatherer::Gatherer;
 use crate::links::link::Link;
-use crate::links::linking::Linking;
 use crate::links::refine::{Need, WITHOUT_ORDER};
 use crate::solve::solution::{Solution, for_each};
 
@@ -23,18 +22,18 @@ const FEW: usize = 300;
 
 impl Solution {
     /// Links receivers that have none, to what their parent's links had for sources; these go.
-    pub(super) fn link(&mut self, allowed: f64, linking: Linking, clock: Clock) -> Result<(), Error> {
+    pub(super) fn link(&mut self, allowed: f64, clock: Clock) -> Result<(), Error> {
         self.links.resize(self.mesh.elements().len(), Vec::new());
         self.far.resize(self.mesh.elements().len(), Far::default());
         self.own.resize(self.mesh.elements().len(), Vec::new());
         let new: Vec<usize> = self.receivers.iter().copied().filter(|&receiver| !self.gathers(receiver)).collect();
-        let links = match self.links_of(&new, allowed, linking, clock)? {
+        let links = match self.links_of(&new, allowed, clock)? {
             Some(links) => links,
             None => {
                 // There is no time to link all elements to all others.
                 self.mesh.cluster();
                 self.field.pull(&self.mesh);
-                self.links_of(&new, allowed, linking, clock)?.unwrap_or_default()
+                self.links_of(&new, allowed, clock)?.unwrap_or_default()
             }
         };
         for (&receiver, (links, far)) in new.iter().zip(links) {
@@ -59,7 +58,7 @@ impl Solution {
     }
 
     /// The first links of some receivers: none in a scene without light. `None` if there are no clusters, and no time for all.
-    fn links_of(&self, new: &[usize], allowed: f64, linking: Linking, clock: Clock) -> Result<Option<Vec<Linked>>, Error> {
+    fn links_of(&self, new: &[usize], allowed: f64, clock: Clock) -> Result<Option<Vec<Linked>>, Error> {
         if self.surfaces.are_dark() {
             return Ok(Some(vec![Linked::default(); new.len()]));
         }
@@ -69,14 +68,14 @@ impl Solution {
             Some((&self.links[parent][..], &self.far[parent]))
         };
         let mean_area = self.mean_area();
-        let is_long = linking == Linking::Error && self.mesh.clusters().root().is_none() && new.len() > FEW;
+        let is_long = self.mesh.clusters().root().is_none() && new.len() > FEW;
         let of = |receiver: usize| {
             let of_parent = of_parent(receiver);
             if is_long && of_parent.is_none() && clock.is_over() {
                 return Ok(None);
             }
             let (weight, without_order) = (&self.weight(receiver), self.without_order(receiver, mean_area));
-            let need = Need { field: &self.field, weight, allowed, without_order, linking, clock };
+            let need = Need { field: &self.field, weight, allowed, without_order, clock };
             optics.first_links(Gatherer::Element(receiver), of_parent, &need).map(Some)
         };
         Ok(for_each(new, of)?.into_iter().collect())
@@ -118,14 +117,14 @@ impl Solution {
         let (links, far) = (&mut self.links, &mut self.far);
         let take = |&receiver: &usize| (std::mem::take(&mut links[receiver]), std::mem::take(&mut far[receiver]));
         let taken: Vec<(Vec<Link>, Far)> = self.receivers.iter().map(take).collect();
-        let (optics, linking, mean_area) = (self.optics(), Linking::Error, self.mean_area());
+        let (optics, mean_area) = (self.optics(), self.mean_area());
         let refined: Vec<(Vec<Link>, Far, bool)> = self
             .receivers
             .par_iter()
             .zip(taken)
             .map(|(&receiver, (mut links, mut far))| {
                 let (weight, without_order) = (&self.weight(receiver), self.without_order(receiver, mean_area));
-                let need = Need { field: &self.field, weight, allowed, without_order, linking, clock };
+                let need = Need { field: &self.field, weight, allowed, without_order, clock };
                 let changed = optics.refine(Gatherer::Element(receiver), (&mut links, &mut far), &need)?;
                 Ok((links, far, changed))
             })

@@ -3,10 +3,6 @@
 use std::time::Duration;
 
 use radgrad_core::DVec3;
-use radgrad_scene::Placement;
-
-use crate::field::order::Order;
-use crate::links::linking::Linking;
 
 /// The rule by which elements are divided.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -22,81 +18,38 @@ pub enum Marking {
     Shadows,
 }
 
-/// The reference of errors: a mean over all area.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum RelativeTo {
-    /// The mean of the radiosity that is reflected: what faces emit is given, and has no error.
-    #[default]
-    Reflected,
-    /// The mean radiosity, with what faces emit.
-    All,
-}
-
 /// Accuracy, effort and ways of a solution.
 ///
 /// ```
-/// use radgrad_solver::{Options, RelativeTo};
+/// use radgrad_solver::{Marking, Options};
 /// use std::time::Duration;
 /// let options = Options { error: 0.01, time: Some(Duration::from_secs(5)), ..Options::default() };
-/// assert_eq!(options.relative_to, RelativeTo::Reflected);
+/// assert_eq!(options.marking, Marking::Residual);
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
-    /// Estimate of the error of the mean radiosity over all area, over what [`Self::relative_to`] says, at most, in every channel. Where
+    /// Estimate of the error of the mean radiosity over all area, over the mean that is reflected, at most, in every channel. Where
     /// points are served it is the mean magnitude of the error at them, and with [`Marking::Gradient`] that of gathers all over.
     pub error: f64,
-    /// The reference of errors.
-    pub relative_to: RelativeTo,
     /// Degree of the basis, 0 to 4. If none is given 2; 1 from a thousand faces on; 4 where elements are few and of faces that are apart, by up to
-    /// twice the sum of their radii, with [`Marking::Residual`] and [`Linking::Error`].
+    /// twice the sum of their radii, with [`Marking::Residual`].
     pub degree: Option<usize>,
     /// All faces are divided alike until there are this many elements; then the first round begins.
     pub first_elements: usize,
     /// Elements, divided ones too, beyond which nothing is divided any more: the estimate then says what was reached. Where faces are cut
     /// into a thousand or more, these do not count.
     pub most_elements: usize,
-    /// Divide everything rather than what pays.
-    pub uniform: bool,
     /// Time in which to be done: no round is begun that, by the time of those before, would end later, light is divided and links are
     /// refined no more when it is over, in the first round early. What must be done once is; from a second after the time on, form factors
     /// err by up to 1e-5, and estimates include that.
     pub time: Option<Duration>,
     /// Divide the elements that add most to the estimate, or those whose polynomials are off most.
     pub marking: Marking,
-    /// How finely elements are linked. With thresholds there is one round, in which nothing is divided for the error asked for: set
-    /// `first_elements` to 1 for a mesh that follows from them alone.
-    pub linking: Linking,
-    /// The order in which receivers gather.
-    pub order: Order,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self {
-            error: 0.001,
-            relative_to: RelativeTo::Reflected,
-            degree: None,
-            first_elements: 32,
-            most_elements: 20_000,
-            uniform: false,
-            time: None,
-            marking: Marking::Residual,
-            linking: Linking::Error,
-            order: Order::GaussSeidel,
-        }
-    }
-}
-
-impl Options {
-    /// The same where a scene was moved and scaled.
-    pub(crate) fn inward(&self, placement: &Placement) -> Self {
-        let linking = match self.linking {
-            Linking::Thresholds { form_factor, area } => {
-                Linking::Thresholds { form_factor, area: area * placement.power() * placement.power() }
-            }
-            Linking::Error => Linking::Error,
-        };
-        Self { linking, ..*self }
+        Self { error: 0.001, degree: None, first_elements: 32, most_elements: 20_000, time: None, marking: Marking::Residual }
     }
 }
 
@@ -169,6 +122,6 @@ pub struct Progress {
     pub links: usize,
     /// Gathers of receivers so far.
     pub gathers: usize,
-    /// Estimate of what [`Options::error`] is for, relative as [`Options::relative_to`] says, the largest of the channels.
+    /// Estimate of what [`Options::error`] is for, relative to the mean radiosity that is reflected, the largest of the channels.
     pub estimate: f64,
 }

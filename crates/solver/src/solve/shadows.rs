@@ -12,7 +12,6 @@ use rayon::prelude::*;
 
 use crate::clock::Clock;
 use crate::error::Error;
-use crate::links::linking::Linking;
 use crate::mesh::outline::Cut;
 use crate::mesh::partition::{Known, Sample, partition};
 use crate::mesh::shadow::{Scenery, lines};
@@ -43,15 +42,7 @@ pub(super) fn mesh(ready: &Prepared, options: &Options, degree: usize) -> Result
     }
     let started = Clock::started();
     let time = options.time.map(|time| time.mul_f64(PART_OF_TIME));
-    let rough = Options {
-        error: ERROR,
-        time,
-        uniform: true,
-        marking: Marking::Residual,
-        linking: Linking::Error,
-        most_elements: 1,
-        ..*options
-    };
+    let rough = Options { error: ERROR, time, marking: Marking::Residual, most_elements: 1, ..*options };
     let mut first = Mesh::cut(&ready.scene, DEGREE, Cut::Parts(&[]))?;
     divide_evenly(&mut first, ROUGH)?;
     let mut solution = dark(ready, &rough, (first, Served::default()), Clock::started())?;

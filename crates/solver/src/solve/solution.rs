@@ -22,7 +22,7 @@ use crate::mesh::Mesh;
 use crate::mesh::surfaces::Surfaces;
 use crate::solve::detail::Detail;
 use crate::solve::kept::Kept;
-use crate::solve::options::{Options, Progress, RelativeTo};
+use crate::solve::options::{Options, Progress};
 use crate::solve::samples::Samples;
 use crate::solve::served::Served;
 
@@ -99,7 +99,6 @@ pub struct Solution {
     pub(super) reflected: Vec<f64>,
     /// Means of what faces emit: of lamps kept apart, and of others.
     pub(super) emitted: [Vec<f64>; 2],
-    pub(super) relative_to: RelativeTo,
     pub(super) placement: Placement,
     pub(super) warnings: Vec<Warning>,
 }
@@ -136,10 +135,7 @@ impl Solution {
 
     /// What errors are relative to, in each channel: the mean of all radiosity where no light that is reflected was found yet.
     pub(super) fn reference(&self) -> Vec<f64> {
-        let of = |(reflected, mean): (&f64, &f64)| match self.relative_to {
-            RelativeTo::Reflected if *reflected > 0.0 => *reflected,
-            _ => *mean,
-        };
+        let of = |(&reflected, &mean): (&f64, &f64)| if reflected > 0.0 { reflected } else { mean };
         self.reflected.iter().zip(&self.mean).map(of).collect()
     }
 
@@ -152,7 +148,7 @@ impl Solution {
     pub(super) fn reached(&self, options: &Options) -> bool {
         // Where light may be reflected and none was found, nothing is known relative to it.
         let is_found = |(reflected, estimate): (&f64, &Ledger)| *reflected > 0.0 || estimate.total() == 0.0;
-        let found = options.relative_to == RelativeTo::All || self.reflected.iter().zip(&self.error_estimate.mean).all(is_found);
+        let found = self.reflected.iter().zip(&self.error_estimate.mean).all(is_found);
         found && self.progress.estimate <= options.error
     }
 

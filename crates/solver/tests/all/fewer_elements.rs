@@ -61,7 +61,7 @@ fn uniform_division_needs_three_times_the_elements_of_the_gradient_and_that_twic
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/scenes/cornell.obj");
     let scene = Scene::read(file, Degenerate::Refuse).unwrap();
     let rough = Options { error: 0.05, degree: Some(2), most_elements: 1, ..Options::default() };
-    let uniform = solve(&scene, &Options { first_elements: 2560, uniform: true, ..rough }, |_| true).unwrap();
+    let uniform = solve(&scene, &Options { first_elements: 2560, ..rough }, |_| true).unwrap();
     let places = places(uniform.mesh());
     let gather = |place: &Place| uniform.gather(place.point, uniform.mesh().polygons()[place.face].normal()).unwrap().radiosity;
     let exact: Vec<Vec<f64>> = places.par_iter().map(gather).collect();

@@ -3,10 +3,9 @@
 mod coverage;
 mod exact;
 mod fewer_elements;
-mod linking;
+mod pictures;
 mod prepared;
 mod receiver;
-mod reconstruction;
 mod shadow_lines;
 mod shadows;
 mod textures;

@@ -2,7 +2,7 @@
 
 use radgrad_core::{DVec3, Polygon};
 use radgrad_scene::Scene;
-use radgrad_solver::{Error, Linking, Options, RelativeTo, Solution, solve};
+use radgrad_solver::{Error, Options, Solution, solve};
 
 /// Two squares that face each other; the upper one glows. Exact values are those of the unit squares.
 fn squares(to: impl Fn(f64) -> f64, radiance: f64) -> Scene {
@@ -53,15 +53,6 @@ fn a_unit_that_is_another_power_of_two_changes_no_digit() {
         let error = solution.gather(DVec3::splat(0.5 * unit), DVec3::Z).unwrap_err();
         assert!(matches!(error, Error::NoFace { reach, .. } if reach == 1e-6 * unit), "{error}");
     }
-    // Areas of thresholds are in the unit of the scene.
-    let links = |exponent: i32| {
-        let (unit, area) = (2f64.powi(exponent), 2f64.powi(2 * exponent - 6));
-        let linking = Linking::Thresholds { form_factor: 0.01, area };
-        let options = Options { degree: Some(0), first_elements: 1, linking, ..Options::default() };
-        *solve(&squares(|x| x * unit, 1.0), &options, |_| true).unwrap().progress()
-    };
-    assert_eq!(links(0), links(400));
-    assert_eq!(links(0), links(-400));
 }
 
 #[test]
@@ -82,16 +73,11 @@ fn errors_are_relative_to_what_is_reflected() {
     let scene = squares(|x| x, std::f64::consts::FRAC_1_PI);
     let options = Options { error: 1e-3, ..Options::default() };
     let reflected = solve(&scene, &options, |_| true).unwrap();
-    let all = solve(&scene, &Options { relative_to: RelativeTo::All, ..options }, |_| true).unwrap();
-    for solution in [&reflected, &all] {
-        assert!(
-            (solution.reflected()[0] - 0.25 * FACTOR).abs() < 1e-4
-                && (solution.mean()[0] - solution.reflected()[0] - 0.5).abs() < 1e-12
-        );
-        let estimated = solution.mean_estimate()[0].total() / solution.relative_to()[0];
-        assert!(estimated <= (1.0 + 1e-12) * solution.progress().estimate && solution.progress().estimate <= 1e-3);
-    }
-    assert_eq!([reflected.relative_to(), all.relative_to()], [reflected.reflected(), all.mean()]);
+    assert!((reflected.reflected()[0] - 0.25 * FACTOR).abs() < 1e-4);
+    assert!((reflected.mean()[0] - reflected.reflected()[0] - 0.5).abs() < 1e-12);
+    let estimated = reflected.mean_estimate()[0].total() / reflected.relative_to()[0];
+    assert!(estimated <= (1.0 + 1e-12) * reflected.progress().estimate && reflected.progress().estimate <= 1e-3);
+    assert_eq!(reflected.relative_to(), reflected.reflected());
     // Nothing reflects: the radiosity is the known emission.
     let mut dark = Scene::new(["grey"]).unwrap();
     let black = dark.add_material("black", [0.0], [1.0]).unwrap();

@@ -66,7 +66,6 @@ fn errors(degree: usize, marking: Marking, exact: &[(DVec3, f64)]) -> ([f64; 2],
             degree: Some(degree),
             first_elements,
             most_elements: 10_000,
-            uniform: true,
             marking,
             ..Options::default()
         };

@@ -9,13 +9,11 @@ use radgrad_scene::{Prepared, Scene, largest};
 use crate::clock::Clock;
 use crate::field::Field;
 use crate::field::gathering::irradiance;
-use crate::field::order::Order;
 use crate::links::cell::Rules;
 use crate::links::cluster::far::Far;
 use crate::links::cluster::sampled::Draw;
 use crate::links::gatherer::Gatherer;
 use crate::links::link::Link;
-use crate::links::linking::Linking;
 use crate::links::refine::{Need, WITHOUT_ORDER};
 use crate::links::station::Station;
 use crate::links::transfer::{Optics, Row};
@@ -67,14 +65,7 @@ fn scene(side: usize) -> Scene {
 /// Links to all roots.
 fn all_links(optics: &Optics<'_>, receiver: usize) -> Vec<Link> {
     let field = Field::dark(optics.mesh, 1);
-    let need = Need {
-        field: &field,
-        weight: &[0.0],
-        allowed: 1.0,
-        without_order: WITHOUT_ORDER,
-        linking: Linking::Error,
-        clock: Clock::started(),
-    };
+    let need = Need { field: &field, weight: &[0.0], allowed: 1.0, without_order: WITHOUT_ORDER, clock: Clock::started() };
     let sources = optics.mesh.roots().iter().map(|&root| (root, None));
     optics.links(Gatherer::Element(receiver), sources, &need).unwrap()
 }
@@ -138,14 +129,7 @@ fn closed_clusters_are_mostly_within_twice_their_estimates() {
         let (mut receivers, mut deviations) = (0, 0.0);
         for receiver in (0..mesh.elements().len()).step_by(5) {
             let exact = all_links(&optics, receiver);
-            let need = Need {
-                field: &field,
-                weight: &[1.0],
-                allowed,
-                without_order: WITHOUT_ORDER,
-                linking: Linking::Error,
-                clock: Clock::started(),
-            };
+            let need = Need { field: &field, weight: &[1.0], allowed, without_order: WITHOUT_ORDER, clock: Clock::started() };
             let (mut links, mut far) = optics.first_links(Gatherer::Element(receiver), None, &need).unwrap();
             optics.refine(Gatherer::Element(receiver), (&mut links, &mut far), &need).unwrap();
             near += links.len();
@@ -190,14 +174,8 @@ fn clusters_are_opened_further_and_nothing_is_linked_twice() {
     let field = uneven(&mesh);
     let (mut before, mut after, mut receivers, mut deviations) = (0, 0, 0, 0.0);
     for receiver in (0..mesh.elements().len()).step_by(5) {
-        let need = |allowed: f64| Need {
-            field: &field,
-            weight: &[1.0],
-            allowed,
-            without_order: WITHOUT_ORDER,
-            linking: Linking::Error,
-            clock: Clock::started(),
-        };
+        let need =
+            |allowed: f64| Need { field: &field, weight: &[1.0], allowed, without_order: WITHOUT_ORDER, clock: Clock::started() };
         let (mut links, mut far) = optics.first_links(Gatherer::Element(receiver), None, &need(0.4)).unwrap();
         optics.refine(Gatherer::Element(receiver), (&mut links, &mut far), &need(0.4)).unwrap();
         before += links.len();
@@ -255,31 +233,28 @@ fn by_clusters_light_from_a_lamp_is_within_its_estimate_of_a_far_finer_solution(
     let degree = Some(1);
     let fine = solve(&scene, &Options { error: 0.05, degree, ..Options::default() }, |_| true).unwrap();
     let known = fine.error_estimate.mean[0].total();
-    for order in [Order::GaussSeidel, Order::Southwell] {
-        let options = Options { error: 0.3, degree, first_elements: 1, most_elements: 0, order, ..Options::default() };
-        let mesh = Mesh::new(&scene, 1).unwrap().clustered();
-        let rough = solve_on(&Prepared::of(&scene).unwrap(), &options, (mesh, Served::default()), |_| true).unwrap();
-        assert!(rough.far.iter().any(|far| !far.is_empty()), "clusters are in force");
-        let stated = rough.error_estimate.mean[0].total();
-        let (mut off, mut area, mut at_points, mut beyond) = (0.0, 0.0, 0.0, 0.0);
-        for leaf in rough.mesh().leaves() {
-            let element = &rough.mesh().elements()[leaf];
-            let [there, here] =
-                [fine.gather(element.centre(), element.polygon().normal()), rough.gather_on(leaf, element.centre())];
-            let [there, here] = [there.unwrap(), here.unwrap()];
-            let apart = (there.radiosity[0] - here.radiosity[0]).abs();
-            let [estimate, of_fine] = [&here, &there].map(|gathered| gathered.estimate[0].total());
-            if apart > 2.0 * (estimate + of_fine) {
-                beyond += element.area();
-            }
-            (off, area) = (off + element.area() * apart, area + element.area());
-            at_points += element.area() * estimate;
+    let options = Options { error: 0.3, degree, first_elements: 1, most_elements: 0, ..Options::default() };
+    let mesh = Mesh::new(&scene, 1).unwrap().clustered();
+    let rough = solve_on(&Prepared::of(&scene).unwrap(), &options, (mesh, Served::default()), |_| true).unwrap();
+    assert!(rough.far.iter().any(|far| !far.is_empty()), "clusters are in force");
+    let stated = rough.error_estimate.mean[0].total();
+    let (mut off, mut area, mut at_points, mut beyond) = (0.0, 0.0, 0.0, 0.0);
+    for leaf in rough.mesh().leaves() {
+        let element = &rough.mesh().elements()[leaf];
+        let [there, here] = [fine.gather(element.centre(), element.polygon().normal()), rough.gather_on(leaf, element.centre())];
+        let [there, here] = [there.unwrap(), here.unwrap()];
+        let apart = (there.radiosity[0] - here.radiosity[0]).abs();
+        let [estimate, of_fine] = [&here, &there].map(|gathered| gathered.estimate[0].total());
+        if apart > 2.0 * (estimate + of_fine) {
+            beyond += element.area();
         }
-        let [off, at_points] = [off, at_points].map(|sum| sum / area);
-        println!("{order:?}: {off:.1e} off, {stated:.1e} stated, {at_points:.1e} at points, {known:.1e} of the finer one");
-        assert!(off <= stated + known && off > known / 20.0, "{off} {stated} {known}");
-        assert!(beyond <= 0.05 * area, "{beyond} of {area} is off by more than twice the estimate");
+        (off, area) = (off + element.area() * apart, area + element.area());
+        at_points += element.area() * estimate;
     }
+    let [off, at_points] = [off, at_points].map(|sum| sum / area);
+    println!("{off:.1e} off, {stated:.1e} stated, {at_points:.1e} at points, {known:.1e} of the finer one");
+    assert!(off <= stated + known && off > known / 20.0, "{off} {stated} {known}");
+    assert!(beyond <= 0.05 * area, "{beyond} of {area} is off by more than twice the estimate");
 }
 
 #[test]

@@ -35,7 +35,7 @@ fn even_room() -> Scene {
 fn clustered(scene: &Scene, options: &Options) -> Solution {
     let ready = Prepared::of(scene).unwrap();
     let mesh = Mesh::new(&ready.scene, 2).unwrap().clustered();
-    solve_on(&ready, &options.inward(&ready.placement), (mesh, Served::default()), |_| true).unwrap()
+    solve_on(&ready, options, (mesh, Served::default()), |_| true).unwrap()
 }
 
 fn held(received: &Irradiance, exact: [f64; 2]) {

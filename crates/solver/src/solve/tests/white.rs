@@ -4,7 +4,6 @@ use radgrad_core::{DVec3, Polygon};
 use radgrad_scene::Scene;
 
 use crate::error::Error;
-use crate::field::order::Order;
 use crate::solve::options::Options;
 use crate::solve::solution::Solution;
 use crate::solve::solve;
@@ -115,7 +114,7 @@ fn sweeps_where_hardly_any_light_is_lost_are_few() {
         solution.field.add(&solution.mesh, receiver, 0, &change);
     }
     let before = solution.progress.gathers;
-    solution.sweep(Order::GaussSeidel, 1e-8).unwrap();
+    solution.sweep(1e-8).unwrap();
     let sweeps = (solution.progress.gathers - before) / receivers.len();
     assert!(sweeps < 150, "{sweeps}");
     let exact = 1.0 / 6.0 / (1.0 - rho);
