@@ -1,6 +1,6 @@
 //! Confidence limits for the mean of independent numbers, by betting against each candidate of the mean.
 //!
-//! For numbers x_i in `[0, 1]` of mean m and stakes l_i that depend on earlier numbers alone, the capitals
+//! For numbers `x_i` in `[0, 1]` of mean m and stakes `l_i` that depend on earlier numbers alone, the capitals
 //! `K+(m) = prod (1 + l_i (x_i - m))` and `K-(m) = prod (1 - l_i (x_i - m))` are martingales that are never negative, so that each exceeds
 //! `2 / delta` at any time with probability at most `delta / 2` (J. Ville 1939). The limits are where they do: hedged capital of
 //! I. Waudby-Smith and A. Ramdas, "Estimating means of bounded random variables by betting", J. R. Stat. Soc. B 86 (2024), section 4.
@@ -151,6 +151,17 @@ mod tests {
             }
             assert!(misses.iter().sum::<usize>() <= 80, "law {which}: {misses:?}");
         }
+    }
+
+    #[test]
+    fn a_stake_is_set_before_its_number_is_drawn() {
+        let stakes = |last: f64| {
+            let mut bets = Bets::new(0.02, Moments { count: 4.0, mean: 0.5, variance: 0.01 });
+            bets.extend([0.4, 0.6, last].into_iter(), 100.0);
+            bets.bets.into_iter().map(|(_, stake)| stake).collect::<Vec<_>>()
+        };
+        assert_eq!(stakes(0.0), stakes(1.0));
+        assert!(stakes(0.5)[1] > stakes(0.5)[0]);
     }
 
     #[test]

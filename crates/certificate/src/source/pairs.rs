@@ -15,7 +15,7 @@ use radgrad_core::DVec3;
 use radgrad_scene::{largest, smallest};
 use rand::rngs::ChaCha8Rng;
 
-use crate::model::{Model, Triangle};
+use crate::model::{Hit, Model, Triangle};
 use crate::paths::by_cosine;
 
 /// Pairs of the faces' own triangles, beyond which there are too many.
@@ -129,7 +129,7 @@ impl Pair {
     }
 
     /// A point of the lamp; where on the face its light arrives, and with which share of the bound, if it does.
-    pub(super) fn draw(&self, model: &Model<'_>, generator: &mut ChaCha8Rng) -> (DVec3, Option<((usize, DVec3), f64)>) {
+    pub(super) fn draw(&self, model: &Model<'_>, generator: &mut ChaCha8Rng) -> (DVec3, Option<(Hit, f64)>) {
         let [from, to] = [self.lamp, self.face].map(|face| model.faces[face].normal);
         match self.way {
             Way::Leaves => {
