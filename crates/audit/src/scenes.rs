@@ -7,6 +7,7 @@
 //!   -> Known                          truth: limits at a confidence of all but 1e-7, or an enclosure, or the exact solution
 //!   -> Verdict                        judge: held, broken, or the truth is too rough to say
 //!   -> Row of a family and a subject  table: counts, medians, time; gates
+//!   certificates: limits that hold with a stated probability, against the truth of the solution beside them
 //!   brackets: factors pair by pair, many thousands, against few rays each
 //!   shrink: the fewest faces that still break a bound; faults: planted errors, each of which the audit must find
 //! ```
@@ -16,6 +17,7 @@
 //! counted by itself: the gates demand a share of statements that was judged.
 
 pub mod brackets;
+mod certificates;
 pub mod draw;
 pub mod family;
 pub mod faults;

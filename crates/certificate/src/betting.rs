@@ -154,6 +154,17 @@ mod tests {
     }
 
     #[test]
+    fn a_stake_is_set_before_its_number_is_drawn() {
+        let stakes = |last: f64| {
+            let mut bets = Bets::new(0.02, Moments { count: 4.0, mean: 0.5, variance: 0.01 });
+            bets.extend([0.4, 0.6, last].into_iter(), 100.0);
+            bets.bets.into_iter().map(|(_, stake)| stake).collect::<Vec<_>>()
+        };
+        assert_eq!(stakes(0.0), stakes(1.0));
+        assert!(stakes(0.5)[1] > stakes(0.5)[0]);
+    }
+
+    #[test]
     fn limits_narrow_as_the_root_of_the_draws() {
         let mut generator = ChaCha8Rng::seed_from_u64(7);
         let values: Vec<f64> = (0..100_100).map(|_| generator.random()).collect();

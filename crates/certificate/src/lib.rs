@@ -30,6 +30,8 @@ mod mean;
 mod model;
 mod paths;
 mod points;
+#[cfg(test)]
+mod rooms;
 mod sampling;
 mod source;
 

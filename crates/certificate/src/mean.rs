@@ -128,3 +128,51 @@ impl Walker for FromLamps<'_> {
         self.walks.cut.clone()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rooms::{self, Room};
+    use crate::sampling::tests::limits;
+
+    #[test]
+    fn walks_of_every_kind_have_the_mean_and_no_sum_beyond_its_range() -> Result<(), Error> {
+        for reflectances in [[0.5; 8], [0.0, 0.9, 0.3, 0.7, 0.5, 0.2, 0.8, 0.1]] {
+            let Room { scene, reflected, .. } = rooms::furnace(reflectances, false);
+            let prepared = Prepared::of(&scene)?;
+            let model = Model::new(&prepared);
+            let ending = Walks::ending(&model);
+            let persistent = ending.persistent().expect("all reflectances are below 1");
+            for (kind, source) in [Source::lamps(&model), Source::pairs(&model).expect("few faces")].into_iter().enumerate() {
+                for (way, cut) in [(&ending, 0.0), (&persistent, 1e-3), (&persistent, 0.1)] {
+                    let walker = FromLamps { walks: Walks { cut: vec![cut], ..way.clone() }, source: source.clone() };
+                    let unit = walker.source.power() * walker.ranges()[0] / model.area;
+                    let [_, [low, high]] = limits(&walker, 300)?[0];
+                    let [low, high] = [low * unit, (high + walker.leaves_out()[0] / walker.ranges()[0]) * unit];
+                    let survival = way.survival;
+                    assert!(
+                        low <= reflected && reflected <= high,
+                        "source {kind}, survival {survival}, cut {cut}: {low} to {high} for {reflected}"
+                    );
+                    assert!(high - low < 0.4 + 2.0 * unit * cut, "source {kind}, survival {survival}: {low} to {high}");
+                }
+            }
+        }
+        Ok(())
+    }
+
+    #[test]
+    fn in_a_cube_of_one_grey_walks_come_to_their_range() -> Result<(), Error> {
+        let Room { scene, .. } = rooms::cube(0.5);
+        let prepared = Prepared::of(&scene)?;
+        let model = Model::new(&prepared);
+        let ending = Walks::ending(&model);
+        for (walks, least) in [(ending.persistent().expect("grey"), 0.999), (ending, 0.9)] {
+            let walker = FromLamps { walks: Walks { cut: vec![1e-4], ..walks }, source: Source::lamps(&model) };
+            let most = walker.block(1, 0)?.sums.iter().map(|[_, most]| *most).fold(0.0, radgrad_scene::largest);
+            let range = walker.ranges()[0];
+            assert!((least * range..=range * (1.0 + 1e-12)).contains(&most), "{most} of {range}");
+        }
+        Ok(())
+    }
+}

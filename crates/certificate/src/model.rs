@@ -64,6 +64,9 @@ impl Face {
     }
 }
 
+/// A face, and a point of it.
+pub(crate) type Hit = (usize, DVec3);
+
 /// A triangle of a face.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Triangle {
@@ -152,7 +155,7 @@ impl<'a> Model<'a> {
     }
 
     /// The face and the point that a ray from a face, or from a point in space, meets from the front, if it exchanges light.
-    pub(crate) fn hit(&self, from: Option<usize>, origin: DVec3, toward: DVec3) -> Option<(usize, DVec3)> {
+    pub(crate) fn hit(&self, from: Option<usize>, origin: DVec3, toward: DVec3) -> Option<Hit> {
         let (face, point) = self.index.first_along(origin, toward, from.as_slice())?;
         let Face { exchanges, normal, .. } = &self.faces[face];
         (*exchanges && normal.dot(toward) < 0.0).then_some((face, point))

@@ -13,7 +13,7 @@ use radgrad_scene::largest;
 use rand::RngExt;
 use rand::rngs::ChaCha8Rng;
 
-use crate::model::Model;
+use crate::model::{Hit, Model};
 
 /// The rules of all walks.
 #[derive(Debug, Clone)]
@@ -47,6 +47,13 @@ impl<'a> Walks<'a> {
         Self::new(model, &bounds, double.min(WHITEST).powf(0.25))
     }
 
+    /// Walks that take the light of lamps where they meet them, and so go on after a reflection on the only face that reflects.
+    pub(crate) fn meeting(model: &'a Model<'a>) -> Self {
+        let bounds = model.largest_reflectances();
+        let single = bounds.iter().map(|[single, _]| *single).fold(0.0, largest);
+        Self::new(model, &bounds, (single * single).min(WHITEST).powf(0.25))
+    }
+
     /// The same walks until little is left of their weights, if they come to that.
     pub(crate) fn persistent(&self) -> Option<Self> {
         let walks = Self::new(self.model, &self.model.largest_reflectances(), 1.0);
@@ -55,18 +62,12 @@ impl<'a> Walks<'a> {
 
     fn new(model: &'a Model<'a>, bounds: &[[f64; 2]], survival: f64) -> Self {
         let most: Vec<f64> = bounds.iter().map(|[single, double]| series(*single, *double, survival)).collect();
-        let more = most.iter().map(|most| most / survival).collect();
+        let more = most.iter().map(|most| if *most == 0.0 { 0.0 } else { most / survival }).collect();
         Self { model, survival, most, more, cut: vec![0.0; model.channels] }
     }
 
     /// Adds what is reflected of light that arrives on a face, and of what that lights.
-    pub(crate) fn arrive(
-        &self,
-        (mut face, mut point): (usize, DVec3),
-        weights: &mut [f64],
-        generator: &mut ChaCha8Rng,
-        tally: &mut Tally,
-    ) {
+    pub(crate) fn arrive(&self, (mut face, mut point): Hit, weights: &mut [f64], generator: &mut ChaCha8Rng, tally: &mut Tally) {
         loop {
             self.model.reflect(face, point, weights);
             let surface = self.model.faces[face].surface * self.model.channels;
@@ -89,7 +90,7 @@ impl<'a> Walks<'a> {
         weights: &mut [f64],
         generator: &mut ChaCha8Rng,
         rays: &mut u64,
-    ) -> Option<(usize, DVec3)> {
+    ) -> Option<Hit> {
         let is_little = |((weight, more), cut): ((&f64, &f64), &f64)| *weight == 0.0 || weight * more <= *cut;
         if weights.iter().zip(&self.more).zip(&self.cut).all(is_little) || generator.random::<f64>() >= self.survival {
             return None;
@@ -132,4 +133,31 @@ fn tangents(normal: DVec3) -> [DVec3; 2] {
         DVec3::new(1.0 + sign * normal.x * normal.x * a, sign * b, -sign * normal.x),
         DVec3::new(b, sign + normal.y * normal.y * a, -normal.y),
     ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::SeedableRng;
+
+    #[test]
+    fn directions_have_the_density_of_the_cosine() {
+        let mut generator = ChaCha8Rng::seed_from_u64(1);
+        let normal = DVec3::new(0.48, -0.6, 0.64);
+        let [tangent, _] = tangents(normal);
+        let (mut first, mut second, mut side) = (0.0, 0.0, 0.0);
+        let count = 40_000;
+        for _ in 0..count {
+            let direction = by_cosine(normal, &mut generator);
+            let [cos, along] = [normal, tangent].map(|axis| axis.dot(direction));
+            assert!(cos >= 0.0 && (direction.length() - 1.0).abs() < 1e-14);
+            (first, second, side) = (first + cos, second + cos * cos, side + along * along);
+        }
+        // Means 2/3, 1/2 and 1/4; five standard deviations are at most 0.008.
+        let [first, second, side] = [first, second, side].map(|sum| sum / f64::from(count));
+        assert!(
+            (first - 2.0 / 3.0).abs() < 0.008 && (second - 0.5).abs() < 0.008 && (side - 0.25).abs() < 0.008,
+            "{first} {second} {side}"
+        );
+    }
 }

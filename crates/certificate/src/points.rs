@@ -5,7 +5,7 @@
 //! where a walk meets them. A lamp gives no point more than it emits, and that is the range.
 
 use radgrad_core::{DVec3, Receiver};
-use radgrad_scene::{FormFactors, Prepared, Scene, contains, largest};
+use radgrad_scene::{FormFactors, Prepared, Scene, contains, largest, smallest};
 use rand::SeedableRng;
 use rand::rngs::ChaCha8Rng;
 
@@ -114,7 +114,8 @@ impl<'a> Light<'a> {
             others.map(|(_, lamp)| lamp.emission[channel]).fold(0.0, largest)
         };
         let [closed, met]: [Vec<f64>; 2] = [(0..model.channels).map(closed).collect(), (0..model.channels).map(met).collect()];
-        Self { model, prepared, factors, walks: Walks::ending(model), lamps, closed, met }
+        let walks = if met.iter().any(|met| *met > 0.0) { Walks::meeting(model) } else { Walks::ending(model) };
+        Self { model, prepared, factors, walks, lamps, closed, met }
     }
 
     fn certify(&self, index: usize, place: &Place, (request, delta): (&Request, f64)) -> Result<PointCertificate, Error> {
@@ -139,11 +140,8 @@ impl<'a> Light<'a> {
         let walker = FromPoint { light: self, walks: self.walks.clone(), face: place.face, point, normal, direct };
         let mut trial = Trial::new(walker, request, delta, 3 + index as u64)?;
         let cut = trial.cut();
-        let each = |(channel, cut): (usize, f64)| {
-            let most = self.closed[channel] + self.met[channel];
-            if most > 0.0 { cut / most } else { 0.0 }
-        };
-        trial.walker.walks.cut = cut.into_iter().enumerate().map(each).collect();
+        let each = |(cut, most): (f64, f64)| if most > 0.0 { cut / most } else { 0.0 };
+        trial.walker.walks.cut = cut.into_iter().zip(self.to_come()).map(each).collect();
         let outcome = trial.run()?;
         let with = |(limits, direct): (&Interval, &[f64; 2])| Interval {
             lower: direct[0] + limits.lower,
@@ -152,6 +150,16 @@ impl<'a> Light<'a> {
         let irradiance: Vec<Interval> = outcome.limits.iter().zip(&trial.walker.direct).map(with).collect();
         let radiosity = place.face.map(|face| self.radiosity(face, point, &irradiance));
         Ok(PointCertificate { irradiance, radiosity, walks: outcome.walks, rays: outcome.rays })
+    }
+
+    /// Of each channel, the most light that is still to come after a reflection, over what weights still add up to: lamps that are met count
+    /// before the weight is reflected there.
+    fn to_come(&self) -> Vec<f64> {
+        let Walks { survival, more, .. } = &self.walks;
+        let of = |((closed, met), more): ((&f64, &f64), &f64)| {
+            closed + if *met > 0.0 && *more > 0.0 { met * (1.0 + 1.0 / more) / survival } else { 0.0 }
+        };
+        self.closed.iter().zip(&self.met).zip(more).map(of).collect()
     }
 
     /// The radiosity of a point of a face, from its irradiance.
@@ -233,8 +241,10 @@ impl Walker for FromPoint<'_> {
                     block.rays += CLOSED_FORM;
                     let outward = self.light.prepared.placement.outward(point);
                     let direct = self.light.direct(Some(face), outward, model.faces[face].normal, COARSE)?;
-                    for ((ends, direct), weight) in sums.iter_mut().zip(direct).zip(&weights) {
-                        *ends = [0, 1].map(|end| ends[end] + weight * direct[end]);
+                    for (channel, ends) in sums.iter_mut().enumerate() {
+                        // What is known of the value does not tell that it is at most the range.
+                        let [low, high] = [direct[channel][0], smallest(direct[channel][1], self.light.closed[channel])];
+                        *ends = [ends[0] + weights[channel] * low, ends[1] + weights[channel] * high];
                     }
                 }
                 next = self.walks.go_on(face, point, &mut weights, &mut generator, &mut block.rays);
@@ -257,7 +267,63 @@ impl Walker for FromPoint<'_> {
     }
 
     fn leaves_out(&self) -> Vec<f64> {
-        let Light { closed, met, .. } = self.light;
-        self.walks.cut.iter().zip(closed).zip(met).map(|((cut, closed), met)| cut * (closed + met)).collect()
+        self.walks.cut.iter().zip(self.light.to_come()).map(|(cut, most)| cut * most).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rooms::{self, Room};
+    use crate::sampling::tests::limits;
+
+    /// Holds walks from a point of a room in which the radiosity is 1 to what they must bring, with what they may leave out.
+    fn hold(room: &Room, cut: f64) -> Result<(), Error> {
+        let prepared = Prepared::of(&room.scene)?;
+        let model = Model::new(&prepared);
+        let light = Light::new(&model, &prepared, FormFactors::new(&room.scene)?);
+        let point = prepared.placement.inward(room.point);
+        let direct = light.direct(Some(0), room.point, DVec3::Z, FINE)?;
+        let walks = Walks { cut: vec![cut], ..light.walks.clone() };
+        let walker = FromPoint { light: &light, walks, face: Some(0), point, normal: DVec3::Z, direct };
+        let range = walker.ranges()[0];
+        let [[low, _], [_, high]] = limits(&walker, 300)?[0];
+        let [low, high] = [low * range + walker.direct[0][0], high * range + walker.leaves_out()[0] + walker.direct[0][1]];
+        assert!(low <= 1.0 && 1.0 <= high, "cut {cut}: {low} to {high}");
+        assert!(cut > 0.0 || high - low < 0.3, "{low} to {high}");
+        Ok(())
+    }
+
+    #[test]
+    fn walks_have_the_mean_and_no_sum_beyond_its_range() -> Result<(), Error> {
+        // Lamps in closed form, and lamps that are met; the last of few faces that reflect.
+        let rooms = [[0.5; 8], [0.05; 8], [0.0, 0.9, 0.3, 0.7, 0.5, 0.2, 0.8, 0.1], [0.0, 0.5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]];
+        for reflectances in rooms {
+            for is_textured in [false, true] {
+                let room = rooms::furnace(reflectances, is_textured);
+                for cut in [0.0, 0.02] {
+                    hold(&room, cut)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    #[test]
+    fn no_hit_is_brighter_than_the_largest_factor_of_a_lamp() -> Result<(), Error> {
+        let scene = rooms::lamp_over_a_floor();
+        let prepared = Prepared::of(&scene)?;
+        let model = Model::new(&prepared);
+        let light = Light::new(&model, &prepared, FormFactors::new(&scene)?);
+        let normal = DVec3::NEG_Z;
+        let at = DVec3::new(0.5, 0.5, 0.4);
+        let direct = light.direct(None, at, normal, FINE)?;
+        let point = prepared.placement.inward(at);
+        let walker = FromPoint { light: &light, walks: light.walks.clone(), face: None, point, normal, direct };
+        let most = walker.block(1, 0)?.sums.iter().map(|[low, _]| *low).fold(0.0, largest);
+        let range = walker.ranges()[0];
+        // In the middle about its area over pi, times the reflectance.
+        assert!(most > 0.01 && most <= range && range < 1.1 * most, "{most} of {range}");
+        Ok(())
     }
 }

@@ -201,3 +201,68 @@ impl<W: Walker> Trial<W> {
 fn count(blocks: f64) -> usize {
     blocks.ceil() as usize
 }
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use std::sync::Mutex;
+
+    /// Sums of walks over their ranges, channel by channel, with limits of their means that fail with probability 1e-6, once for the least and
+    /// once for the most that they may be. No sum is beyond its range.
+    pub(crate) fn limits(walker: &impl Walker, blocks: u64) -> Result<Vec<[[f64; 2]; 2]>, Error> {
+        let drawn: Vec<Block> = (0..blocks).map(|stream| walker.block(1, stream)).collect::<Result<_, _>>()?;
+        let ranges = walker.ranges();
+        let of = |channel: usize, end: usize| {
+            let column = drawn.iter().flat_map(|block| block.column(channel, ranges.len(), end));
+            let sums: Vec<f64> = column.map(|sum| sum / ranges[channel]).collect();
+            let most = sums.iter().copied().fold(0.0, largest);
+            assert!(most <= 1.0 + 1e-9, "channel {channel}: {most} times the range");
+            let mut bets = Bets::new(1e-6, Moments { count: 10.0, mean: 0.5, variance: 0.1 });
+            bets.extend(sums.iter().copied(), sums.len() as f64);
+            [bets.lower(), bets.upper()]
+        };
+        Ok((0..ranges.len()).map(|channel| [of(channel, 0), of(channel, 1)]).collect())
+    }
+
+    /// Walks of one step that note what random numbers they are given.
+    struct Noted(Mutex<Vec<(u64, u64)>>);
+
+    impl Walker for Noted {
+        fn block(&self, seed: u64, stream: u64) -> Result<Block, Error> {
+            self.0.lock().expect("no panic").push((seed, stream));
+            let sums = (0..64).map(|walk| [f64::from(u8::from((stream + walk).is_multiple_of(7))); 2]).collect();
+            Ok(Block { sums, rays: 64, surfaces: Vec::new() })
+        }
+
+        fn ranges(&self) -> Vec<f64> {
+            vec![1.0]
+        }
+
+        fn known(&self) -> Vec<f64> {
+            vec![0.0]
+        }
+
+        fn leaves_out(&self) -> Vec<f64> {
+            vec![0.0]
+        }
+    }
+
+    #[test]
+    fn no_random_numbers_are_used_twice() -> Result<(), Error> {
+        let request = Request { width: 0.02, seed: 5, ..Request::default() };
+        let mut seen = Vec::new();
+        for kind in [0, 1, 2, 3, 4] {
+            let trial = Trial::new(Noted(Mutex::new(Vec::new())), &request, 1e-6, kind)?;
+            let walks = trial.run()?.walks;
+            let noted = trial.walker.0.into_inner().expect("no panic");
+            assert!(noted.len() > PILOT[1] + walks / 64 - 1 && walks > 64 * GROWTH * PILOT[1]);
+            assert!(noted.iter().all(|(seed, _)| *seed == 5));
+            seen.extend(noted);
+        }
+        let all = seen.len();
+        seen.sort_unstable();
+        seen.dedup();
+        assert_eq!(seen.len(), all);
+        Ok(())
+    }
+}

@@ -65,6 +65,7 @@ fn even_light_is_within_its_limits() -> Outcome {
         let points = certify_points(&scene, &[place], &Request { width: 0.02, rays: 200_000, ..Request::default() })?;
         let point = points[0].as_ref().map_err(Clone::clone)?;
         let (irradiance, radiosity) = (point.irradiance[0], point.radiosity.as_ref().map_or(f64::NAN, |of| of[0].half_width()));
+        assert!(point.radiosity.as_ref().is_some_and(|of| of[0].contains(1.0)), "room {room}: {point:?}");
         assert!(
             irradiance.contains(1.0) && irradiance.half_width() < 0.3 && radiosity <= irradiance.half_width(),
             "room {room}: {point:?}"
@@ -162,6 +163,94 @@ fn textures_count_where_walks_meet_them() -> Outcome {
     let reflected = 0.5 * 0.5 * std::f64::consts::PI * 0.625 * factor;
     let of = certificate.reflected[0];
     assert!(of.contains(reflected * (1.0 - 1e-3)) && of.half_width() < 0.021 * reflected, "{of:?} for {reflected}");
+    Ok(())
+}
+
+/// Two cubes with a wall between them, in three channels: on the left every face emits what it does not reflect, times a
+/// number of the channel, and on the right nothing is lit. The floor goes under both, and its textures tell the halves.
+fn lit_and_dark_rooms() -> Result<Scene, Box<dyn Error>> {
+    let mut scene = Scene::new(["red", "green", "blue"])?;
+    let radiance = |rho: [f64; 3]| [0, 1, 2].map(|c| BRIGHT[c] * (1.0 - rho[c]) / std::f64::consts::PI);
+    let floor = scene.add_material("floor", [1.0; 3], radiance(FLOOR))?;
+    let reflectances = [FLOOR, DARK].concat();
+    scene.set_texture(floor, Quantity::Reflectance, Texture::new("reflectance", [2, 1], 3, reflectances)?)?;
+    let emission = [[1.0; 3], [0.0; 3]].concat();
+    scene.set_texture(floor, Quantity::Radiance, Texture::new("emission", [2, 1], 3, emission)?)?;
+    let surface = scene.add_surface("floor");
+    let both = parallelogram([0.0; 3], [2.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
+    scene.add_textured_face(surface, floor, both, &[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]], None)?;
+    let dark = scene.add_material("dark", DARK, [0.0; 3])?;
+    let right = scene.add_surface("right");
+    for (index, polygon) in walls([1.0; 3]).into_iter().enumerate().skip(1) {
+        let [even, odd] = [[0.2, 0.5, 0.8], [0.7, 0.1, 0.4]];
+        let rho = if index % 2 == 0 { even } else { odd };
+        let lit = scene.add_material(format!("lit{index}"), rho, radiance(rho))?;
+        let left = scene.add_surface(format!("left{index}"));
+        let moved = polygon.vertices().iter().map(|corner| *corner + DVec3::X).collect();
+        scene.add_face(left, lit, polygon, None)?;
+        scene.add_face(right, dark, Polygon::new(moved)?, None)?;
+    }
+    // What only hides has no part in the mean.
+    let aside = scene.add_obstruction("aside");
+    scene.add_face(aside, dark, parallelogram([5.0; 3], [3.0, 0.0, 0.0], [0.0, 3.0, 0.0]), None)?;
+    Ok(scene)
+}
+
+const BRIGHT: [f64; 3] = [1.0, 2.0, 3.0];
+const FLOOR: [f64; 3] = [0.5, 0.3, 0.6];
+const DARK: [f64; 3] = [0.9, 0.8, 0.7];
+
+#[test]
+fn no_light_comes_through_a_wall() -> Outcome {
+    let scene = lit_and_dark_rooms()?;
+    let certificate = certify(&scene, &Request { width: 0.02, rays: 1_500_000, ..Request::default() })?;
+    for (channel, bright) in BRIGHT.into_iter().enumerate() {
+        let (mean, reflected) = (certificate.mean[channel], certificate.reflected[channel]);
+        assert!(mean.contains(0.5 * bright) && reflected.half_width() < 0.05 * reflected.lower, "channel {channel}: {mean:?}");
+        // Not one walk of some hundred thousand gets there.
+        assert_eq!(certificate.surfaces[1][channel], 0.0, "channel {channel}");
+        let lit = certificate.surfaces[0][channel] / (0.5 * bright * FLOOR[channel]);
+        assert!((lit - 1.0).abs() < 0.05, "channel {channel}: {lit}");
+    }
+    let at = |x: f64| Place { position: DVec3::new(x, 0.4, 0.0), normal: DVec3::Z, face: Some(0) };
+    let points = certify_points(&scene, &[at(0.3), at(1.7)], &Request { width: 0.02, rays: 300_000, ..Request::default() })?;
+    let [lit, dark] = [0, 1].map(|point| points[point].as_ref().expect("on the floor"));
+    for (channel, bright) in BRIGHT.into_iter().enumerate() {
+        let radiosity = lit.radiosity.as_ref().ok_or("on a face")?[channel];
+        assert!(lit.irradiance[channel].contains(bright) && radiosity.contains(bright), "channel {channel}: {lit:?}");
+        assert!(radiosity.half_width() < 0.1 * bright, "channel {channel}: {lit:?}");
+        let irradiance = dark.irradiance[channel];
+        assert!(irradiance.lower == 0.0 && irradiance.upper < 0.4 * bright, "channel {channel}: {dark:?}");
+    }
+    Ok(())
+}
+
+#[test]
+fn channels_and_points_share_the_probability() -> Outcome {
+    let cube = |channels: usize| -> Result<Scene, Box<dyn Error>> {
+        let mut scene = Scene::new((0..channels).map(|channel| format!("c{channel}")))?;
+        let wall = scene.add_material("wall", vec![0.5; channels], vec![0.1; channels])?;
+        let dim = scene.add_material("dim", vec![0.3; channels], vec![0.0; channels])?;
+        for (index, polygon) in walls([1.0; 3]).into_iter().enumerate() {
+            let surface = scene.add_surface(format!("s{index}"));
+            scene.add_face(surface, if index < 2 { wall } else { dim }, polygon, None)?;
+        }
+        Ok(scene)
+    };
+    let request = |delta: f64| Request { delta, width: 0.02, rays: 100_000, seed: 3 };
+    // Powers of two, so that shares are the same numbers.
+    let [one, four] = [cube(1)?, cube(4)?];
+    let [alone, beside, wide] =
+        [(&one, 0.0625), (&four, 0.25), (&four, 0.0625)].map(|(scene, delta)| certify(scene, &request(delta)));
+    let (alone, beside, wide) = (alone?, beside?, wide?);
+    assert_eq!(beside.mean, [alone.mean[0]; 4]);
+    assert!(wide.mean[0].half_width() > alone.mean[0].half_width());
+    let place = Place { position: DVec3::new(0.3, 0.2, 0.0), normal: DVec3::Z, face: Some(0) };
+    let at = |scene: &Scene, count: usize, delta: f64| certify_points(scene, &vec![place; count], &request(delta));
+    let [alone, beside, of_four] = [at(&one, 1, 0.0625)?, at(&one, 2, 0.125)?, at(&four, 1, 0.25)?];
+    assert_eq!(alone[0], beside[0]);
+    let [alone, of_four] = [&alone, &of_four].map(|points| points[0].as_ref().expect("on the floor"));
+    assert_eq!(of_four.irradiance, [alone.irradiance[0]; 4]);
     Ok(())
 }
 

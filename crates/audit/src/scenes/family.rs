@@ -125,15 +125,15 @@ impl Family {
         }
     }
 
-    /// What is asked of scene `index`: of most families how light is, and of every third scene factors and fields too.
+    /// What is asked of scene `index`: of most families how light is, with certificates, and of every third scene factors and fields too.
     #[must_use]
     pub const fn subjects(self, index: u64) -> &'static [Subject] {
         match self {
             // What is known of a bound that rounding widens is that of factors.
             Self::Rounded | Self::Nested => &[Subject::Factors],
-            Self::Plates => &[Subject::Solve],
+            Self::Plates => &[Subject::Solve, Subject::Certificate],
             _ if index.is_multiple_of(3) => &Subject::ALL,
-            _ => &[Subject::Solve],
+            _ => &[Subject::Solve, Subject::Certificate],
         }
     }
 

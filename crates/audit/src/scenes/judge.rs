@@ -22,6 +22,8 @@ pub enum Verdict {
     Broken,
     /// It is farther off than [`ESTIMATES`] estimates.
     Off,
+    /// It is not between limits that may fail as often as one certificate in [`RARE`].
+    Missed,
     /// The truth is too rough to say.
     Rough,
 }
@@ -30,6 +32,9 @@ pub enum Verdict {
 /// those in a row sum to 1: the bounds of a thousand faces that are divided no further would say little.
 pub const EVEN: f64 = 1e-6;
 
+/// The probability of failure below which limits may not fail in any run.
+pub const RARE: f64 = 1e-4;
+
 /// A statement with its truth.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Judged {
@@ -37,6 +42,8 @@ pub struct Judged {
     pub statement: Statement,
     /// Its truth.
     pub known: Known,
+    /// What the half-width of a truth is compared with.
+    pub(crate) scale: f64,
     /// Whether what is said of its error holds.
     pub verdict: Verdict,
 }
@@ -77,14 +84,15 @@ impl Judged {
     #[must_use]
     pub fn new(statement: Statement, known: Known, scale: f64) -> Self {
         let half = 0.5 * known.interval.width();
-        let off = (known.interval.low - statement.value).max(statement.value - known.interval.high);
         // Anything that is not a number compares as broken.
         let size = statement.stated.size();
         let sound = statement.value.is_finite() && size >= 0.0;
-        let (most, beyond) = match statement.stated {
-            Stated::Bound(bound) => (bound, Verdict::Broken),
-            Stated::Estimate(estimate) => (ESTIMATES * estimate, Verdict::Off),
+        let (low, high, most, beyond) = match statement.stated {
+            Stated::Bound(bound) => (statement.value, statement.value, bound, Verdict::Broken),
+            Stated::Estimate(estimate) => (statement.value, statement.value, ESTIMATES * estimate, Verdict::Off),
+            Stated::Limits { low, high, delta } => (low, high, 0.0, if delta < RARE { Verdict::Broken } else { Verdict::Missed }),
         };
+        let off = (known.interval.low - high).max(low - known.interval.high);
         let verdict = if !sound {
             Verdict::Broken
         } else if off > most {
@@ -94,7 +102,7 @@ impl Judged {
         } else {
             Verdict::Held
         };
-        Self { statement, known, verdict }
+        Self { statement, known, scale, verdict }
     }
 
     /// What is said of the error over the error, or over the least error that the truth can tell.
@@ -116,6 +124,27 @@ pub fn judge(model: &Model, subject: Subject, effort: &Effort) -> Outcome {
 /// The same with a truth so sharp.
 #[must_use]
 pub(crate) fn judge_as_sharply(model: &Model, subject: Subject, effort: (&Effort, Sharpness)) -> Outcome {
+    outcome(model, subject, |statements| judged(model, subject, statements, effort))
+}
+
+/// The same of certificates, against what the solution of the scene was judged against, if it was.
+#[must_use]
+pub(crate) fn judge_certificates(model: &Model, solved: &Outcome, effort: (&Effort, Sharpness)) -> Outcome {
+    let Ending::Judged(solved) = &solved.ending else {
+        return judge_as_sharply(model, Subject::Certificate, effort);
+    };
+    let one = |statement: &Statement| {
+        let of_it = solved.iter().find(|one| one.statement.of == statement.of);
+        of_it.map(|Judged { known, scale, .. }| Judged::new(*statement, *known, *scale))
+    };
+    outcome(model, Subject::Certificate, |statements| {
+        let all: Option<_> = statements.iter().map(one).collect();
+        all.map_or_else(|| judged(model, Subject::Certificate, statements, effort), Ending::Judged)
+    })
+}
+
+/// Asks for a scene, and ends with what `judged` says of the statements.
+fn outcome(model: &Model, subject: Subject, judged: impl Fn(&[Statement]) -> Ending) -> Outcome {
     let start = Instant::now();
     let said = ask(model, subject);
     let answer = start.elapsed();
@@ -123,16 +152,9 @@ pub(crate) fn judge_as_sharply(model: &Model, subject: Subject, effort: (&Effort
         Said::Panicked => Ending::Panicked,
         Said::Refused(why) => Ending::Refused(why),
         Said::Statements(_) if model.expected == Expected::Refusal && subject == Subject::Solve => Ending::NotRefused,
-        Said::Statements(statements) => of_statements(model, subject, &statements, effort),
+        Said::Statements(statements) => other_digits(model, subject, &statements).unwrap_or_else(|| judged(&statements)),
     };
     Outcome { ending, answer, truth: start.elapsed().saturating_sub(answer) }
-}
-
-fn of_statements(model: &Model, subject: Subject, statements: &[Statement], effort: (&Effort, Sharpness)) -> Ending {
-    if matches!(model.change, Change::Scale(_)) {
-        return of_scaled(model, subject, statements, effort);
-    }
-    judged(model, subject, statements, effort)
 }
 
 fn judged(model: &Model, subject: Subject, statements: &[Statement], effort: (&Effort, Sharpness)) -> Ending {
@@ -150,22 +172,21 @@ fn judged(model: &Model, subject: Subject, statements: &[Statement], effort: (&E
     };
     let judged = |(statement, known): (&Statement, &Known)| {
         let one = Judged::new(*statement, *known, scale(statement));
-        let is_uneven = (statement.value - known.value).abs() > most;
-        Judged { verdict: if is_uneven { Verdict::Broken } else { one.verdict }, ..one }
+        let is_even = (statement.value - known.value).abs() <= most;
+        Judged { verdict: if is_even { one.verdict } else { Verdict::Broken }, ..one }
     };
     Ending::Judged(statements.iter().zip(&truth.known).map(judged).collect())
 }
 
 /// A power of two in every length changes no digit.
-fn of_scaled(model: &Model, subject: Subject, statements: &[Statement], effort: (&Effort, Sharpness)) -> Ending {
-    let unchanged = Model { change: Change::None, ..model.clone() };
-    if let Said::Statements(before) = ask(&unchanged, subject) {
-        let same = |(now, before): &(&Statement, &Statement)| now.value.to_bits() == before.value.to_bits();
-        if let Some((now, before)) = statements.iter().zip(&before).find(|pair| !same(pair)) {
-            return Ending::OtherDigits(*now, before.value);
-        }
+fn other_digits(model: &Model, subject: Subject, statements: &[Statement]) -> Option<Ending> {
+    if !matches!(model.change, Change::Scale(_)) {
+        return None;
     }
-    judged(model, subject, statements, effort)
+    let unchanged = Model { change: Change::None, ..model.clone() };
+    let Said::Statements(before) = ask(&unchanged, subject) else { return None };
+    let same = |(now, before): &(&Statement, &Statement)| now.value.to_bits() == before.value.to_bits();
+    statements.iter().zip(&before).find(|pair| !same(pair)).map(|(now, before)| Ending::OtherDigits(*now, before.value))
 }
 
 impl Outcome {

@@ -5,6 +5,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use radgrad_scene::{FactorSettings, FormFactors, Quantity, Scene};
 use radgrad_solver::{Ledger, Options, Solution, solve_for};
 
+use super::certificates::certified;
 use super::model::{Change, Model, Part};
 
 /// A way to ask about a scene.
@@ -12,6 +13,8 @@ use super::model::{Change, Model, Part};
 pub enum Subject {
     /// Radiosity, its mean and at points.
     Solve,
+    /// Certificates of the mean and at points.
+    Certificate,
     /// Form factors between faces, sums of rows and reciprocity.
     Factors,
     /// Direct light at points of a face.
@@ -20,13 +23,14 @@ pub enum Subject {
 
 impl Subject {
     /// All of them, in the order of the tables.
-    pub const ALL: [Self; 3] = [Self::Solve, Self::Factors, Self::Field];
+    pub const ALL: [Self; 4] = [Self::Solve, Self::Certificate, Self::Factors, Self::Field];
 
     /// Name in tables.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Solve => "solve",
+            Self::Certificate => "certificate",
             Self::Factors => "factors",
             Self::Field => "field",
         }
@@ -75,14 +79,24 @@ pub enum Stated {
     Bound(f64),
     /// It is about this.
     Estimate(f64),
+    /// The quantity is between two limits, which fail with this probability.
+    Limits {
+        /// The least value.
+        low: f64,
+        /// The largest value.
+        high: f64,
+        /// The probability.
+        delta: f64,
+    },
 }
 
 impl Stated {
-    /// The bound, or the estimate.
+    /// The bound, or the estimate, or half of what is between limits.
     #[must_use]
     pub const fn size(self) -> f64 {
         match self {
             Self::Bound(size) | Self::Estimate(size) => size,
+            Self::Limits { low, high, .. } => 0.5 * (high - low),
         }
     }
 
@@ -92,6 +106,10 @@ impl Stated {
         match self {
             Self::Bound(size) => Self::Bound(factor * size),
             Self::Estimate(size) => Self::Estimate(factor * size),
+            Self::Limits { low, high, delta } => {
+                let (middle, half) = (0.5 * (low + high), 0.5 * factor * (high - low));
+                Self::Limits { low: middle - half, high: middle + half, delta }
+            }
         }
     }
 }
@@ -140,6 +158,7 @@ pub fn ask(model: &Model, subject: Subject) -> Said {
                 let solution = solve_for(&scene, &counted(model), &[], served, goes_on).map_err(|error| error.to_string())?;
                 radiosities(model, &solution)
             }
+            Subject::Certificate => certified(model, &scene),
             Subject::Factors => factors(model, &scene),
             Subject::Field => field(model, &scene),
         }
@@ -158,7 +177,7 @@ pub fn ask(model: &Model, subject: Subject) -> Said {
 pub(crate) fn recorded(model: &Model, subject: Subject) -> Result<Vec<(f64, f64)>, String> {
     let scene = model.scene().map_err(|error| error.to_string())?;
     let statements = match subject {
-        Subject::Solve => return Err("a solution states no bound that can be recorded".to_owned()),
+        Subject::Solve | Subject::Certificate => return Err("it states no bound that can be recorded".to_owned()),
         Subject::Factors => factors(model, &scene)?,
         Subject::Field => field(model, &scene)?,
     };

@@ -8,10 +8,11 @@ use serde::Deserialize;
 
 use radgrad_oracle::scene::Effort;
 
+use super::certificates::CERTIFIED;
 use super::family::{Family, Name};
-use super::judge::{Ending, Judged, Outcome, Verdict, judge_as_sharply};
+use super::judge::{Ending, Judged, Outcome, RARE, Verdict, judge_as_sharply, judge_certificates};
 use super::model::Expected;
-use super::statement::{Stated, Subject};
+use super::statement::{Quantum, Stated, Subject};
 use super::truth::Sharpness;
 use super::workers::on_all_cores;
 
@@ -23,6 +24,8 @@ pub struct Requirement {
     pub broken: u64,
     /// Largest part of the estimates that were judged of which the error may be more than [`super::judge::ESTIMATES`] times.
     pub most_off: f64,
+    /// Largest part of the limits of certificates that may fail, of those at a probability of [`CERTIFIED`].
+    pub most_missed: f64,
     /// Least part of the statements of a family that was judged.
     pub least_judged: f64,
     /// Faults planted that may be missed.
@@ -33,11 +36,21 @@ pub struct Requirement {
     pub most_gradient_estimate: f64,
 }
 
+impl Requirement {
+    /// How many of so many limits at [`CERTIFIED`] may fail: the part that is allowed, or what chance makes of few, by two standard deviations.
+    #[must_use]
+    pub fn may_miss(&self, of: u64) -> f64 {
+        let expected = CERTIFIED * of as f64;
+        (self.most_missed * of as f64).max(expected + 2.0 * expected.sqrt())
+    }
+}
+
 impl Default for Requirement {
     fn default() -> Self {
         Self {
             broken: 0,
             most_off: 0.05,
+            most_missed: 0.015,
             least_judged: 0.5,
             missed_faults: 0,
             least_gradients: 0.95,
@@ -57,6 +70,10 @@ pub struct Row {
     pub broken: u64,
     /// Statements of which the error is more than it is estimated to be.
     pub off: u64,
+    /// Limits that failed, of [`Self::fallible`] that may at times.
+    pub missed: u64,
+    /// Limits of certificates that are to fail with a probability of at least [`RARE`], as far as they were judged.
+    pub fallible: u64,
     /// Statements whose truth is too rough.
     pub rough: u64,
     /// Scenes refused that may be.
@@ -67,6 +84,8 @@ pub struct Row {
     pub over_error: Vec<f64>,
     /// Estimate over error, of what is off too.
     pub estimates: Vec<f64>,
+    /// Half-width over truth of limits of means that may not fail.
+    pub widths: Vec<f64>,
     /// Of the answers.
     pub answer: Duration,
     /// Of the truths.
@@ -103,8 +122,17 @@ impl Table {
             (0..each).flat_map(|index| families.iter().map(move |&family| Name { family, seed, index })).collect();
         let of = |&name: &Name| {
             let model = name.model();
-            let judged = |&subject: &Subject| (subject, judge_as_sharply(&model, subject, (effort, Sharpness::OfEstimates)));
-            let outcomes: Vec<(Subject, Outcome)> = name.family.subjects(name.index).iter().map(judged).collect();
+            let effort = (effort, Sharpness::OfEstimates);
+            let mut outcomes: Vec<(Subject, Outcome)> = Vec::new();
+            for &subject in name.family.subjects(name.index) {
+                let outcome = match &outcomes[..] {
+                    [(Subject::Solve, solved), ..] if subject == Subject::Certificate => {
+                        judge_certificates(&model, solved, effort)
+                    }
+                    _ => judge_as_sharply(&model, subject, effort),
+                };
+                outcomes.push((subject, outcome));
+            }
             let failing = outcomes.iter().filter(|(_, outcome)| outcome.fails(&model));
             let violations: Vec<Violation> =
                 failing.map(|(subject, outcome)| Violation { name, subject: *subject, faults: outcome.faults(&model) }).collect();
@@ -133,12 +161,17 @@ impl Table {
                         Verdict::Held => &mut row.held,
                         Verdict::Broken => &mut row.broken,
                         Verdict::Off => &mut row.off,
+                        Verdict::Missed => &mut row.missed,
                         Verdict::Rough => &mut row.rough,
                     };
                     *count += 1;
                     match (one.verdict, one.statement.stated) {
                         (Verdict::Held, Stated::Bound(_)) => row.over_error.push(one.over_error()),
                         (Verdict::Held | Verdict::Off, Stated::Estimate(_)) => row.estimates.push(one.over_error()),
+                        (Verdict::Held | Verdict::Missed, Stated::Limits { delta, .. }) if delta >= RARE => row.fallible += 1,
+                        (Verdict::Held, Stated::Limits { .. }) if matches!(one.statement.of, Quantum::Mean(_)) => {
+                            row.widths.push(one.statement.stated.size() / one.known.value);
+                        }
                         _ => {}
                     }
                     self.statements.push((name, one));
@@ -170,6 +203,12 @@ impl Table {
         (all > 0).then(|| off as f64 / all as f64)
     }
 
+    /// Limits of certificates that failed, of how many that may at times.
+    #[must_use]
+    pub fn missed(&self) -> [u64; 2] {
+        [self.sum(|row| row.missed), self.sum(|row| row.fallible)]
+    }
+
     /// Bounds broken, and scenes that failed otherwise.
     #[must_use]
     pub fn wrong(&self) -> u64 {
@@ -195,11 +234,12 @@ impl Table {
     /// If it cannot be written.
     pub fn write(&self, out: impl Write) -> Result<(), csv::Error> {
         let record = |((family, subject), row): (&(Family, Subject), &Row)| {
-            let counts =
-                [row.scenes, row.held, row.broken, row.off, row.rough, row.refused, row.failed].map(|count| count.to_string());
+            let Row { scenes, held, broken, off, missed, rough, refused, failed, .. } = row;
+            let counts = [scenes, held, broken, off, missed, rough, refused, failed].map(u64::to_string);
             let figures = [
                 figure(row.median_over_error()),
                 figure(row.median_estimate()),
+                figure(row.median_width()),
                 format!("{:.3}", row.seconds_an_answer()),
                 format!("{:.3}", row.truth.as_secs_f64() / row.scenes as f64),
             ];
@@ -214,40 +254,44 @@ impl Table {
     /// If it cannot be written.
     pub fn write_statements(&self, out: impl Write) -> Result<(), csv::Error> {
         let record = |(name, judged): &(Name, Judged)| {
-            let Judged { statement, known, verdict } = judged;
+            let Judged { statement, known, verdict, .. } = judged;
             let verdict = match verdict {
                 Verdict::Held => "held",
                 Verdict::Broken => "broken",
                 Verdict::Off => "off",
+                Verdict::Missed => "missed",
                 Verdict::Rough => "rough",
             };
-            let [bound, estimate] = match statement.stated {
-                Stated::Bound(bound) => [format!("{bound:e}"), String::new()],
-                Stated::Estimate(estimate) => [String::new(), format!("{estimate:e}")],
+            let [bound, estimate, delta] = match statement.stated {
+                Stated::Bound(bound) => [format!("{bound:e}"), String::new(), String::new()],
+                Stated::Estimate(estimate) => [String::new(), format!("{estimate:e}"), String::new()],
+                Stated::Limits { delta, .. } => [format!("{:e}", statement.stated.size()), String::new(), format!("{delta:e}")],
             };
             let truth = [known.value, known.interval.low, known.interval.high].map(|x| format!("{x:e}"));
-            let said = [format!("{:e}", statement.value), bound, estimate];
+            let said = [format!("{:e}", statement.value), bound, estimate, delta];
             let record = [name.to_string(), statement.of.name()].into_iter().chain(said).chain(truth);
             record.chain([verdict.to_owned()]).collect::<Vec<_>>()
         };
-        let header = ["scene", "quantity", "value", "bound", "estimate", "truth", "low", "high", "verdict"];
+        let header = ["scene", "quantity", "value", "bound", "estimate", "delta", "truth", "low", "high", "verdict"];
         write_rows(out, &header, self.statements.iter().map(record))
     }
 }
 
 /// Columns of the table.
-pub const HEADER: [&str; 13] = [
+pub const HEADER: [&str; 15] = [
     "family",
     "subject",
     "scenes",
     "held",
     "broken",
     "off",
+    "missed",
     "rough",
     "refused",
     "failed",
     "median_bound_over_error",
     "median_estimate_over_error",
+    "median_half_width_over_mean",
     "seconds_an_answer",
     "seconds_a_truth",
 ];
@@ -275,7 +319,7 @@ impl Row {
     /// Statements that were judged.
     #[must_use]
     pub const fn judged(&self) -> u64 {
-        self.held + self.broken + self.off
+        self.held + self.broken + self.off + self.missed
     }
 
     /// Median of bound over error among what was held, the truth's half-width being the least error that can be told.
@@ -288,6 +332,12 @@ impl Row {
     #[must_use]
     pub fn median_estimate(&self) -> Option<f64> {
         median(&self.estimates)
+    }
+
+    /// Median half-width of certificates of means over the mean.
+    #[must_use]
+    pub fn median_width(&self) -> Option<f64> {
+        median(&self.widths)
     }
 
     /// Wall time of an answer, on a machine where other scenes are asked for beside it.

@@ -65,7 +65,7 @@ impl Truth {
         (effort, sharpness): (&Effort, Sharpness),
     ) -> Result<Self, Error> {
         match subject {
-            Subject::Solve => Self::of_radiosities(model, statements, effort, sharpness),
+            Subject::Solve | Subject::Certificate => Self::of_radiosities(model, statements, effort, sharpness),
             Subject::Factors => Self::of_factors(model, statements, effort),
             Subject::Field => Self::of_field(model, statements, effort),
         }

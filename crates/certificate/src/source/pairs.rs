@@ -15,11 +15,8 @@ use radgrad_core::DVec3;
 use radgrad_scene::{largest, smallest};
 use rand::rngs::ChaCha8Rng;
 
-use crate::model::{Model, Triangle};
+use crate::model::{Hit, Model, Triangle};
 use crate::paths::by_cosine;
-
-/// A face, and a point of it.
-type Hit = (usize, DVec3);
 
 /// Pairs of the faces' own triangles, beyond which there are too many.
 const MOST_FACES: usize = 100_000;
