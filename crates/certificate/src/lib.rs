@@ -1,12 +1,12 @@
 //! Intervals for what light a scene has, that hold with a stated probability whatever the scene is.
 //!
-//! The radiosity of diffuse faces is the expectation of what random walks bring (J. Arvo and D. Kirk 1990; theory of the walks in [`paths`]), and
+//! The radiosity of diffuse faces is the expectation of what random walks bring (J. Arvo and D. Kirk 1990; theory of the walks in `paths`), and
 //! what a walk can bring is at most a number that follows from reflectances and emissions alone. So limits for the mean of independent bounded
-//! numbers ([`betting`]) are limits for the radiosity: no mesh, no smoothness, no solution enters. They fail with probability `delta`, 1e-6 if
+//! numbers (`betting`) are limits for the radiosity: no mesh, no smoothness, no solution enters. They fail with probability `delta`, 1e-6 if
 //! nothing else is asked for, over the random numbers, which a seed chooses; `delta` is shared by all channels and points.
 //!
 //! - [`certify`]: the mean radiosity over all area. Walks begin at lamps, or where these light next to nothing at pairs of parts of lamps and of
-//!   faces, whichever needs less work by a pilot of its own random numbers ([`source`]).
+//!   faces, whichever needs less work by a pilot of its own random numbers (`source`).
 //! - [`certify_points`]: the irradiance and the radiosity at points. Walks begin there, and take the light of lamps in closed form.
 //!
 //! Rays are those of [`radgrad_scene::Occluders`], in double precision: one that passes an edge within rounding, about 1e-10 of all, may go to

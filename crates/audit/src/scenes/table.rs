@@ -24,7 +24,7 @@ pub struct Requirement {
     pub broken: u64,
     /// Largest part of the estimates that were judged of which the error may be more than [`super::judge::ESTIMATES`] times.
     pub most_off: f64,
-    /// Largest part of the limits of certificates that may fail, of those at a probability of [`CERTIFIED`].
+    /// Largest part of the limits of certificates that may fail, of those at a probability of `CERTIFIED`.
     pub most_missed: f64,
     /// Least part of the statements of a family that was judged.
     pub least_judged: f64,
@@ -37,7 +37,7 @@ pub struct Requirement {
 }
 
 impl Requirement {
-    /// How many of so many limits at [`CERTIFIED`] may fail: the part that is allowed, or what chance makes of few, by two standard deviations.
+    /// How many of so many limits at `CERTIFIED` may fail: the part that is allowed, or what chance makes of few, by two standard deviations.
     #[must_use]
     pub fn may_miss(&self, of: u64) -> f64 {
         let expected = CERTIFIED * of as f64;
