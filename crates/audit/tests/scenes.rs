@@ -113,6 +113,48 @@ fn what_was_not_judged_is_counted_and_gated() {
     assert!(!table.hardly_judged(&Requirement::default()).is_empty());
 }
 
+/// Scenes whose light is known exactly: `RADGRAD_CERTIFICATES` is how many, at each of the two probabilities.
+#[test]
+fn certificates_fail_no_more_often_than_they_say() {
+    let count: usize = std::env::var("RADGRAD_CERTIFICATES").ok().map_or(20, |count| count.parse().expect("a number of scenes"));
+    let families = [Family::Facing, Family::Strips, Family::Furnace, Family::Sphere, Family::Manufactured];
+    let names = (0..).flat_map(|index| families.map(|family| Name { family, seed: 11, index }));
+    let (mut missed, mut certificates) = (0_u32, 0);
+    for name in names.filter(|name| name.model().exact != Exact::Nothing).take(count) {
+        let model = name.model();
+        let outcome = judge(&model, Subject::Certificate, &EFFORT);
+        assert!(!outcome.fails(&model), "{name}: {:?}", outcome.faults(&model));
+        let Ending::Judged(all) = outcome.ending else { panic!("{name} has no certificate") };
+        certificates += 1;
+        if let Some(one) = all.iter().find(|one| one.verdict == Verdict::Missed) {
+            println!("{name}: {one:?}");
+            missed += 1;
+        }
+    }
+    println!("{missed} of {certificates} certificates at 0.01 failed, none of as many at 1e-6");
+    assert!(certificates == count as u64 && f64::from(missed) <= Requirement::default().may_miss(certificates));
+}
+
+#[test]
+fn limits_that_may_fail_are_counted_and_others_are_broken() {
+    let within = |low: f64, high: f64| Known { value: 0.5 * (low + high), interval: ConfidenceInterval { low, high } };
+    let verdict = |[low, high]: [f64; 2], delta: f64, truth: Known| {
+        let statement = Statement { of: Quantum::Mean(0), value: low, stated: Stated::Limits { low, high, delta } };
+        Judged::new(statement, truth, 1.0).verdict
+    };
+    let truth = within(1.0, 1.01);
+    assert_eq!(verdict([0.9, 1.001], 1e-2, truth), Verdict::Held);
+    assert_eq!(verdict([1.02, 1.1], 1e-2, truth), Verdict::Missed);
+    assert_eq!(verdict([0.8, 0.99], 1e-6, truth), Verdict::Broken);
+    // Without an upper end, and of no number.
+    assert_eq!(verdict([0.9, f64::INFINITY], 1e-6, truth), Verdict::Held);
+    assert_eq!(verdict([1.1, f64::INFINITY], 1e-6, truth), Verdict::Broken);
+    assert_eq!(verdict([0.9, f64::NAN], 1e-2, truth), Verdict::Broken);
+    assert_eq!(verdict([0.999, 1.001], 1e-2, within(0.9, 1.1)), Verdict::Rough);
+    let allowed = |of: u64| Requirement::default().may_miss(of).floor();
+    assert_eq!([1, 30, 100, 2000].map(allowed), [0.0, 1.0, 3.0, 30.0]);
+}
+
 #[test]
 fn planted_faults_are_found() {
     let found = find(&Fault::ALL, 1, 3, &EFFORT);

@@ -72,3 +72,11 @@ pub(crate) fn lamp_over_a_floor() -> Scene {
     let lamp = parallelogram([0.4, 0.4, 1.0], [0.0, 0.2, 0.0], [0.2, 0.0, 0.0]);
     scene([(floor, 0.9, 0.0), (lamp, 0.0, 1.0)], false)
 }
+
+/// Unit squares, a floor and a lamp over it, and at half the height an upward black plate between these ends along x and along y.
+pub(crate) fn plate_under_a_lamp(x: [f64; 2], y: [f64; 2]) -> Scene {
+    let floor = parallelogram([0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
+    let lamp = parallelogram([0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]);
+    let plate = parallelogram([x[0], y[0], 0.5], [x[1] - x[0], 0.0, 0.0], [0.0, y[1] - y[0], 0.0]);
+    scene([(floor, 0.9, 0.0), (lamp, 0.0, 1.0), (plate, 0.0, 0.0)], false)
+}

@@ -271,3 +271,57 @@ impl<T> Ord for Largest<T> {
         self.0.total_cmp(&other.0)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rooms;
+    use radgrad_scene::Prepared;
+
+    #[test]
+    fn only_what_is_hidden_whole_is_left_out() -> Result<(), radgrad_scene::Error> {
+        // The plate's ends along x and along y; floor and lamp are unit squares.
+        let plates = [
+            ([-0.5, 0.5], [-0.5, 1.5]),
+            ([0.5, 1.5], [-0.5, 1.5]),
+            ([-0.5, 1.5], [-0.5, 0.5]),
+            ([-0.5, 1.5], [0.5, 1.5]),
+            ([-0.5, 1.5], [-0.5, 0.999]),
+            ([-0.5, 1.5], [-0.5, 1.5]),
+        ];
+        let whole = plates.len() - 1;
+        for (which, (x, y)) in plates.into_iter().enumerate() {
+            let scene = rooms::plate_under_a_lamp(x, y);
+            let prepared = Prepared::of(&scene)?;
+            let model = Model::new(&prepared);
+            let [floor, lamp, _] = &model.faces[..] else { panic!("three faces") };
+            for piece in &lamp.triangles {
+                for cell in &floor.triangles {
+                    assert_eq!(hides(&model, 2, *piece, *cell), which == whole, "plate {which}");
+                    assert_eq!(is_hidden(&model, (1, *piece), (0, *cell)), which == whole, "plate {which}");
+                }
+            }
+        }
+        Ok(())
+    }
+
+    #[test]
+    fn no_kernel_between_points_is_above_the_largest() {
+        let mut generator = rand::SeedableRng::seed_from_u64(3);
+        let triangle = |corners: [[f64; 3]; 3]| Triangle { corners: corners.map(DVec3::from) };
+        let floor = triangle([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+        let over = triangle([[0.0, 0.0, 1.0], [0.0, 1.0, 1.0], [1.0, 0.0, 1.0]]);
+        let wall = triangle([[2.0, 0.0, 0.0], [2.0, 0.0, 1.0], [2.0, 1.0, 0.0]]);
+        for (piece, from) in [(over, DVec3::NEG_Z), (wall, DVec3::NEG_X)] {
+            let most = largest_kernel((from, piece), (DVec3::Z, floor));
+            let kernel = |(y, x): (DVec3, DVec3)| {
+                let ray = x - y;
+                from.dot(ray) * -ray.z / (PI * ray.length_squared() * ray.length_squared())
+            };
+            let points: Vec<(DVec3, DVec3)> =
+                (0..500).map(|_| (piece.point(&mut generator), floor.point(&mut generator))).collect();
+            let found = points.into_iter().map(kernel).fold(0.0, largest);
+            assert!(found <= most && most < 8.0 * found, "{found} of {most}");
+        }
+    }
+}
