@@ -1,4 +1,4 @@
-//! README and the guide of `docs/guide`, whose programs run as tests of this documentation.
+//! README, the READMEs of the crates and the guide of `docs/guide`, whose programs run as tests of this documentation.
 
 macro_rules! chapters {
     ($($name:ident $file:literal),* $(,)?) => { $(#[doc = include_str!($file)] pub mod $name {})* };
@@ -6,6 +6,14 @@ macro_rules! chapters {
 
 chapters! {
     readme "../../README.md",
+    audit "../../crates/audit/README.md",
+    certificate "../../crates/certificate/README.md",
+    core "../../crates/core/README.md",
+    curved "../../crates/curved/README.md",
+    numbers "../../crates/numbers/README.md",
+    oracle "../../crates/oracle/README.md",
+    scene "../../crates/scene/README.md",
+    solver "../../crates/solver/README.md",
     evaluate "../../docs/guide/evaluate.md",
     trust "../../docs/guide/trust.md",
     gradients "../../docs/guide/gradients.md",
