@@ -1,9 +1,35 @@
-//! ARCHITECTURE leads to files and items that exist.
+//! The documents for who changes the code: they are short, and lead to files, items and headings that exist.
 
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-const ARCHITECTURE: &str = include_str!("../../../ARCHITECTURE.md");
+/// A document, with its folder and the most words that it may have.
+struct Document {
+    name: &'static str,
+    text: &'static str,
+    folder: &'static str,
+    most_words: usize,
+}
+
+macro_rules! documents {
+    ($($folder:literal $file:literal $most_words:literal),* $(,)?) => {
+        &[$(Document { name: $file, text: include_str!(concat!("../../../", $folder, $file)), folder: $folder, most_words: $most_words }),*]
+    };
+}
+
+const DOCUMENTS: &[Document] = documents! {
+    "" "ARCHITECTURE.md" 2500,
+    "" "CONTRIBUTING.md" 900,
+    "" "SECURITY.md" 500,
+    "docs/" "releasing.md" 900,
+    "docs/design/" "closed-forms.md" 1500,
+    "docs/design/" "scenes-and-factors.md" 1500,
+    "docs/design/" "radiosity.md" 1500,
+    "docs/design/" "verification.md" 1500,
+    "docs/design/" "dependencies.md" 1500,
+};
+
+const MANIFEST: &str = include_str!("../../../Cargo.toml");
 
 fn in_workspace(path: &str) -> PathBuf {
     PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/..")).join(path)
@@ -22,19 +48,38 @@ fn quoted(line: &str) -> impl Iterator<Item = &str> {
     line.split('`').skip(1).step_by(2)
 }
 
+/// The name by which a link finds a heading.
+fn anchor(heading: &str) -> String {
+    let kept = heading.to_lowercase().chars().filter(|c| c.is_alphanumeric() || *c == ' ' || *c == '-').collect::<String>();
+    kept.trim().replace(' ', "-")
+}
+
+#[test]
+fn documents_are_short() {
+    for Document { name, text, most_words, .. } in DOCUMENTS {
+        let words = text.split_whitespace().count();
+        assert!(words <= *most_words, "{name}: {words} words, {most_words} at most");
+    }
+}
+
 #[test]
 fn every_file_that_is_named_exists() {
-    let files: Vec<&str> = ARCHITECTURE.lines().flat_map(quoted).filter(|name| name.ends_with(".rs")).collect();
-    assert!(files.len() > 20, "{}", files.len());
-    for name in files {
-        assert!(name.contains("tests/") || found(name).is_some(), "there is no {name}");
+    let mut checked = 0;
+    for Document { name, text, .. } in DOCUMENTS {
+        for file in text.lines().flat_map(quoted).filter(|file| file.ends_with(".rs") && file.contains('/')) {
+            // What each crate has.
+            let is_of_each = file == "tests/all/main.rs";
+            assert!(is_of_each || found(file).is_some(), "{name}: there is no {file}");
+            checked += 1;
+        }
     }
+    assert!(checked > 60, "{checked}");
 }
 
 #[test]
 fn every_item_of_a_table_stands_in_the_file_before_it() {
     let mut checked = 0;
-    for line in ARCHITECTURE.lines().filter(|line| line.starts_with('|')) {
+    for line in DOCUMENTS.iter().flat_map(|document| document.text.lines()).filter(|line| line.starts_with('|')) {
         let mut file = None;
         for name in quoted(line) {
             if name.ends_with(".rs") {
@@ -48,5 +93,52 @@ fn every_item_of_a_table_stands_in_the_file_before_it() {
             }
         }
     }
-    assert!(checked >= 8, "{checked}");
+    assert!(checked >= 24, "{checked}");
+}
+
+#[test]
+fn each_walk_leads_through_eight_files() {
+    let walks = DOCUMENTS[0].text.split("## Enter here").nth(1).unwrap().split("\n## ").next().unwrap();
+    let walks: Vec<usize> = walks
+        .split("| file | what it does |")
+        .skip(1)
+        .map(|walk| walk.lines().filter(|line| line.starts_with("| `")).count())
+        .collect();
+    assert_eq!(walks, [8, 8, 8]);
+}
+
+#[test]
+fn every_link_leads_to_a_file_and_a_heading() {
+    let mut checked = 0;
+    for Document { name, text, folder, .. } in DOCUMENTS {
+        for target in text.split("](").skip(1).filter_map(|rest| rest.split(')').next()) {
+            if target.starts_with("http") {
+                continue;
+            }
+            let (file, heading) = target.split_once('#').map_or((target, None), |(file, heading)| (file, Some(heading)));
+            let path = if file.is_empty() { Path::new(folder).join(name) } else { Path::new(folder).join(file) };
+            let path = in_workspace(path.to_str().unwrap());
+            assert!(path.exists(), "{name}: {target} leads nowhere");
+            if let Some(heading) = heading {
+                let linked = fs::read_to_string(&path).unwrap();
+                let mut headings = linked.lines().filter_map(|line| line.strip_prefix('#'));
+                assert!(headings.any(|line| anchor(line.trim_start_matches('#')) == heading), "{name}: {target}");
+            }
+            checked += 1;
+        }
+    }
+    assert!(checked >= 12, "{checked}");
+}
+
+#[test]
+fn every_dependency_has_a_reason() {
+    let reasons = DOCUMENTS.iter().find(|document| document.name == "dependencies.md").unwrap().text;
+    let table = MANIFEST.split("[workspace.dependencies]").nth(1).unwrap().split("\n[").next().unwrap();
+    let names = table.lines().filter(|line| !line.starts_with('#')).filter_map(|line| line.split_once(" = "));
+    let others: Vec<&str> = names.map(|(name, _)| name).filter(|name| !name.starts_with("radgrad")).collect();
+    assert!(others.len() > 20, "{others:?}");
+    for name in others {
+        let is_named = reasons.split(|c: char| !(c.is_alphanumeric() || c == '-' || c == '_')).any(|word| word == name);
+        assert!(is_named, "{name} has no row in docs/design/dependencies.md");
+    }
 }

@@ -16,5 +16,6 @@ mod properties;
 mod readme;
 mod reference_cases;
 mod reference_values;
+mod releases;
 mod scale;
 mod traps;
