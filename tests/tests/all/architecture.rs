@@ -1,5 +1,6 @@
 //! The documents for who changes the code: they are short, and lead to files, items and headings that exist.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -128,6 +129,44 @@ fn every_link_leads_to_a_file_and_a_heading() {
         }
     }
     assert!(checked >= 12, "{checked}");
+}
+
+/// Each crate with all that it may import, from the lines `a, b <- c` of the document.
+fn importable() -> BTreeMap<&'static str, BTreeSet<&'static str>> {
+    let section = DOCUMENTS[0].text.split("## Who may import whom").nth(1).unwrap();
+    let lines = section.split("```").nth(1).unwrap().lines().filter(|line| line.contains(" <- "));
+    let mut may: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
+    for line in lines {
+        let groups: Vec<Vec<&str>> = line.split(" <- ").map(|group| group.split(", ").collect()).collect();
+        for pair in groups.windows(2) {
+            for &importer in &pair[1] {
+                let more: BTreeSet<&str> = pair[0].iter().flat_map(|name| may.get(name).into_iter().flatten()).copied().collect();
+                may.entry(importer).or_default().extend(more.iter().chain(&pair[0]));
+            }
+        }
+    }
+    may
+}
+
+#[test]
+fn manifests_import_what_the_document_allows() {
+    let may = importable();
+    let crates = fs::read_dir(in_workspace("crates")).unwrap().map(|entry| entry.unwrap().path());
+    let mut checked = 0;
+    for folder in crates.chain([in_workspace("xtask")]) {
+        let manifest = fs::read_to_string(folder.join("Cargo.toml")).unwrap();
+        let importer = folder.file_name().unwrap().to_str().unwrap();
+        let table = manifest.split("\n[dependencies]").nth(1).unwrap().split("\n[").next().unwrap();
+        let imported = table.lines().filter(|line| line.starts_with("radgrad"));
+        for line in imported {
+            let name = line.split(|c: char| !(c.is_alphanumeric() || c == '-')).next().unwrap();
+            let name = if name == "radgrad" { "cli" } else { name.trim_start_matches("radgrad-") };
+            let is_allowed = may.get(importer).is_some_and(|all| all.contains(name));
+            assert!(is_allowed, "{importer} imports {name}, which ARCHITECTURE.md does not allow");
+            checked += 1;
+        }
+    }
+    assert!(checked > 20, "{checked}");
 }
 
 #[test]
