@@ -22,7 +22,7 @@ use crate::error::Error;
 use crate::mesh::basis::Basis;
 use crate::mesh::clusters::Clusters;
 use crate::mesh::element::{Element, around};
-use crate::mesh::outline::{Cut, MOST_SLICES, slices, with_parallelogram};
+use crate::mesh::outline::{Cut, LARGE, MOST_SLICES, is_long, slices, with_parallelogram};
 use crate::mesh::screen::Screen;
 use crate::mesh::shape::Shape;
 
@@ -111,10 +111,14 @@ impl Mesh {
         let slices_are_few = polygons.len() <= MOST_SLICES
             && polygons.iter().map(count).sum::<usize>() <= MOST_SLICES
             && (0..polygons.len()).all(|face| others(face, 0.0).next().is_none());
+        let area: f64 = polygons.iter().map(Polygon::area).sum();
         let (mut elements, mut roots_of_face) = (Vec::new(), vec![Vec::new(); polygons.len()]);
         for (face, polygon) in polygons.iter().enumerate().filter(|(face, _)| exchanges[*face]) {
             let close = if matches!(cut, Cut::Few) { contact::CLOSE } else { 0.0 };
-            let by_feet = || contact::cut(polygon, &convex[face], others(face, close), close);
+            let is_shortened = matches!(cut, Cut::Few) && is_long(polygon.vertices()) && polygon.area() >= LARGE * area;
+            let shortened = is_shortened.then(|| slices(polygon.vertices())).flatten();
+            let whole = shortened.as_ref().unwrap_or(&convex[face]);
+            let by_feet = || contact::cut(polygon, whole, others(face, close), close);
             let squares = || {
                 let parts = by_feet().unwrap_or_else(|| convex[face].clone()).into_iter();
                 let parallelograms =
@@ -127,7 +131,7 @@ impl Mesh {
                 Cut::Parts(parts) => parts.get(face).filter(|parts| !parts.is_empty()).cloned(),
             };
             let sliced = || slices_are_few.then(|| slices(polygon.vertices())).flatten();
-            let of_face = match given.or_else(by_feet).or_else(sliced) {
+            let of_face = match given.or_else(by_feet).or_else(sliced).or(shortened) {
                 None => Element::of_face(polygon, face, &bases)?,
                 Some(parts) => {
                     let mut elements = Vec::new();

@@ -340,6 +340,7 @@ fn dark(ready: &Prepared, options: &Options, (mesh, served): (Mesh, Served), clo
         late: clock.for_all(options.time),
         cells: cells_for(options.error),
         clock: clock.for_estimate(options.time, mesh.clusters().root().is_some()),
+        asked: options.error,
         allowed: LINK_PART * options.error,
         mean: vec![0.0; channels.len()],
         reflected: vec![0.0; channels.len()],

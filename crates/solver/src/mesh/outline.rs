@@ -2,11 +2,17 @@
 //! and more on a long rectangle than on a square: so faces can be cut into parallelograms that are nearly squares.
 
 use radgrad_core::DVec3;
+use radgrad_scene::{largest, smallest};
 
 use crate::mesh::shape::is_parallelogram;
 
 /// Most parts that a long parallelogram is cut into.
 pub(crate) const MOST_SLICES: usize = 16;
+
+/// A parallelogram is long from so many times its width on: what is near a part of it is far from the others, and to divide it into four again
+/// and again makes parts that are as long. It is cut if its face has this part of all area; legs of a table, say, stay whole.
+const LONG: f64 = 8.0;
+pub(crate) const LARGE: f64 = 0.02;
 
 /// The least part of an outline that a parallelogram in it has to make up.
 const LEAST_PARALLELOGRAM: f64 = 0.75;
@@ -26,7 +32,7 @@ pub(crate) enum Cut<'a> {
 }
 
 /// A parallelogram that is at least one and a half times as long as wide, cut across into parts that are about as long as wide; `None` for any
-/// other outline, and where these would be too many.
+/// other outline.
 pub(crate) fn slices(outline: &[DVec3]) -> Option<Vec<Vec<DVec3>>> {
     if !is_parallelogram(outline) {
         return None;
@@ -35,13 +41,23 @@ pub(crate) fn slices(outline: &[DVec3]) -> Option<Vec<Vec<DVec3>>> {
     let [a, b, c, d] = if (q - p).length() >= (s - p).length() { [p, q, r, s] } else { [q, r, s, p] };
     let (along, across) = (b - a, d - a);
     let is_nearest = |count: &usize| along.length() < (*count as f64 + 0.5) * across.length();
-    let count = (1..=MOST_SLICES).find(is_nearest).filter(|count| *count > 1)?;
+    let count = (1..=MOST_SLICES).find(is_nearest).unwrap_or(MOST_SLICES);
+    if count == 1 {
+        return None;
+    }
     let at = |index: usize, [from, to]: [DVec3; 2]| from.lerp(to, index as f64 / count as f64);
     let slice = |index: usize| {
         let [start, end] = [index, index + 1];
         vec![at(start, [a, b]), at(end, [a, b]), at(end, [d, c]), at(start, [d, c])]
     };
     Some((0..count).map(slice).collect())
+}
+
+/// Whether an outline is a long parallelogram.
+pub(crate) fn is_long(outline: &[DVec3]) -> bool {
+    let &[p, q, _, s] = outline else { return false };
+    let [a, b] = [(q - p).length(), (s - p).length()];
+    is_parallelogram(outline) && largest(a, b) >= LONG * smallest(a, b)
 }
 
 /// A convex outline of four corners that is no parallelogram, cut into the largest parallelogram at a corner of it and the triangles beside

@@ -55,8 +55,8 @@ const FINER: f64 = 0.1;
 /// Bound on the length of the kernel's gradient over the kernel, times the distance, where both cosines are near 1.
 const STEEPNESS: f64 = 4.0;
 
-/// Leaves near a point are not sampled that together leave less of the gradient.
-const LITTLE: f64 = 1.5e-3;
+/// Leaves near a point are not sampled that together leave less of the gradient, over the error asked for.
+const LITTLE: f64 = 1.5;
 
 /// A gradient in each channel, with respect to the position, the normal kept: in the unit of radiosity over the scene's unit of length.
 ///
@@ -341,11 +341,12 @@ impl Solution {
         let mut near: Vec<(f64, Left)> = std::mem::take(&mut parts.near).into_iter().map(size).collect();
         near.sort_by(|(a, _), (b, _)| a.total_cmp(b));
         let beside = near_edges.iter().find(|edge| edge.is_beside).map(|edge| edge.other.face);
+        let little = LITTLE * self.asked;
         let mut all = 0.0;
         for (size, left) in near {
             all += size;
             let element = &self.mesh.elements()[left.leaf];
-            if all > LITTLE * LITTLE {
+            if all > little * little {
                 let sampled = self.gradient_of_samples(station, (left.leaf, &left.sight), near_edges)?;
                 for (channel, Sampled { gradient, off }) in sampled.into_iter().enumerate() {
                     parts.gradient[channel] += gradient;
@@ -491,7 +492,13 @@ impl Solution {
             // The first rung's digits are more than the choice of elements to divide needs.
             evaluate_to(&receiver, &emitter, &occluders, 1.0).map(|answer| answer.gradient).map_err(refused)
         };
-        coefficients.iter().map(of_channel).collect()
+        // Channels that are alike, as where all is grey, are evaluated once.
+        let mut gradients: Vec<DVec3> = Vec::with_capacity(coefficients.len());
+        for (channel, of) in coefficients.iter().enumerate() {
+            let alike = coefficients[..channel].iter().position(|other| other == of);
+            gradients.push(alike.map_or_else(|| of_channel(of), |alike| Ok(gradients[alike]))?);
+        }
+        Ok(gradients)
     }
 }
 

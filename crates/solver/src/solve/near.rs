@@ -21,9 +21,10 @@ use crate::solve::kept::Sample;
 use crate::solve::solution::Solution;
 use crate::solve::wedge::Lacking;
 
-/// The radius of a leaf over its distance from which on it is sampled, and of a cell from which on it is divided; and how often at most.
+/// The radius of a leaf over its distance from which on it is sampled, and of a cell from which on it is divided; and the range of how often
+/// at most. The error of a linear function falls by four with each division, so that is the logarithm of the error asked for to that base.
 pub(super) const NEAR: f64 = 0.4;
-const MOST_DIVISIONS: u32 = 5;
+const DIVISIONS: [u32; 2] = [1, 5];
 
 /// The likely error of what is added, over that.
 const STILL_OFF: f64 = 0.25;
@@ -46,9 +47,11 @@ impl Solution {
         let element = &self.mesh.elements()[leaf];
         let basis = Basis::linear(element.shape());
         let mut found = vec![Sampled::default(); self.channels.len()];
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cast saturates, and the limits are small")]
+        let divisions = (self.asked.log(0.25).ceil() as u32).clamp(DIVISIONS[0], DIVISIONS[1]);
         let mut open = element.divided(leaf, basis)?;
         while let Some(cell) = open.pop() {
-            if cell.nearness_to(station.point) > NEAR && cell.level() < element.level() + MOST_DIVISIONS {
+            if cell.nearness_to(station.point) > NEAR && cell.level() < element.level() + divisions {
                 open.extend(cell.divided(leaf, basis)?);
                 continue;
             }

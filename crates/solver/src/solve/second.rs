@@ -42,9 +42,10 @@ use crate::solve::solution::{MeanError, Solution, for_each, ratio};
 const MOST_SWEEPS: usize = 2000;
 const SOLVED: f64 = 1e-3;
 
-/// The part of all that sources may give of a detail from which on one is evaluated, and the error that this may have.
+/// The part of all that sources may give of a detail from which on one is evaluated, and the error that this may have, over the error
+/// asked for.
 const MUCH: f64 = 0.01;
-const ROUGH: f64 = 1e-6;
+const ROUGH: f64 = 1e-3;
 
 /// The part of the bound on what a link neglects that is taken to be there.
 const TYPICAL: f64 = 0.5;
@@ -306,7 +307,8 @@ impl Solution {
         terms: impl Iterator<Item = Term<'a>>,
         beside: Option<usize>,
     ) -> Result<Vec<Gathered>, Error> {
-        let optics = Optics { absolute: ROUGH, past: ROUGH, ..self.optics() };
+        let rough = ROUGH * self.asked;
+        let optics = Optics { absolute: rough, past: rough, ..self.optics() };
         let (reference, is_sure) = (self.reference(), self.has_sure_details());
         let relative = |sizes: &[f64]| sizes.iter().zip(&reference).map(|(size, of)| ratio(*size, *of)).fold(0.0, largest);
         let mut open = Vec::new();

@@ -90,6 +90,8 @@ pub struct Solution {
     /// Cells a side of a source that is seen past many faces; 0 for closed forms.
     pub(super) cells: usize,
     pub(super) clock: Clock,
+    /// The error asked for, relative to the mean of [`Self::reference`].
+    pub(super) asked: f64,
     /// The most that the links of a receiver may neglect together, relative to the same mean as errors.
     pub(super) allowed: f64,
     pub(super) progress: Progress,
