@@ -146,16 +146,27 @@ impl Edges {
         feet.find(|(_, foot)| is_inside(foot)).map(|(of, _)| *of)
     }
 
-    /// The parts of a convex polygon for points of which an edge may be an outline: those in front of one of its two faces and behind the
-    /// other.
+    /// The parts of a convex polygon for points of which an edge may be an outline: those in front of one of its two sheets and behind the
+    /// other. Faces that are at an edge back to back, as those of a box that has an inside, are one sheet.
     pub(super) fn outlined_from(&self, edge: usize, from: &[DVec3]) -> Vec<Vec<DVec3>> {
-        match self.all[edge].faces[..] {
-            [(a, along), (b, other)] if along != other => {
-                let between = |[front, back]: [usize; 2]| self.beside(back, -1.0, &self.beside(front, 1.0, from));
-                [[a, b], [b, a]].map(between).into_iter().filter(|part| !part.is_empty()).collect()
+        let [(a, along), (b, other)] = self.sheets(edge)[..] else { return vec![from.to_vec()] };
+        let same = if along == other { -1.0 } else { 1.0 };
+        let between = |sign: f64| self.beside(b, -sign * same, &self.beside(a, sign, from));
+        [1.0, -1.0].map(between).into_iter().filter(|part| !part.is_empty()).collect()
+    }
+
+    /// The faces at an edge, one of each sheet, and whether each runs from its first end to the second.
+    fn sheets(&self, edge: usize) -> Vec<(usize, bool)> {
+        let Edge { ends: [from, to], faces } = &self.all[edge];
+        let along = (*to - *from).normalize_or_zero();
+        let inward = |&(face, forward): &(usize, bool)| self.planes[face][1].cross(if forward { along } else { -along });
+        let mut sheets: Vec<(usize, bool)> = Vec::with_capacity(2);
+        for face in faces {
+            if sheets.iter().all(|sheet| (inward(sheet) - inward(face)).length() > LEVEL) {
+                sheets.push(*face);
             }
-            _ => vec![from.to_vec()],
         }
+        sheets
     }
 
     /// The part of a convex polygon on one side of a face's plane: all of it if it lies in the plane, nothing if it touches the
