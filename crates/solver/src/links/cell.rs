@@ -28,6 +28,23 @@ static INSTRUCTION_SET: LazyLock<Level> = LazyLock::new(Level::new);
 const FEWEST: usize = 2;
 const MOST: usize = 10;
 
+/// Parameters of the ellipses that are tried, and `R^{-2(n - 1)}` of each by the number of nodes n.
+const RATIOS: [f64; 9] = [1.5, 2.0, 2.7, 3.6, 5.0, 7.0, 10.0, 16.0, 30.0];
+const FALLS: [[f64; MOST + 1]; RATIOS.len()] = falls();
+
+const fn falls() -> [[f64; MOST + 1]; RATIOS.len()] {
+    let (mut falls, mut row) = ([[1.0; MOST + 1]; RATIOS.len()], 0);
+    while row < RATIOS.len() {
+        let mut nodes = 2;
+        while nodes <= MOST {
+            falls[row][nodes] = falls[row][nodes - 1] / (RATIOS[row] * RATIOS[row]);
+            nodes += 1;
+        }
+        row += 1;
+    }
+    falls
+}
+
 /// Largest error of a function over that of the first, the form factor: the radiosity of elements varies less over them than it is.
 const ROUGHER: f64 = 20.0;
 
@@ -311,13 +328,12 @@ impl<'a> KernelSums<'a> {
         if nearest <= 0.25 * radius {
             return None;
         }
-        const RATIOS: [f64; 9] = [1.5, 2.0, 2.7, 3.6, 5.0, 7.0, 10.0, 16.0, 30.0];
         // Across a triangle both coordinates of a square vary.
         let products = shape == Shape::Triangle && self.element.shape() == Shape::Parallelogram;
         let degree = if products { 2 * self.basis.degree() } else { self.basis.degree() };
         let rounding = 64.0 * f64::EPSILON * share * area / (nearest * nearest);
         let mut best: Option<Enough> = None;
-        for ratio in RATIOS {
+        for (ratio, falls) in RATIOS.into_iter().zip(&FALLS) {
             let (major, minor) = (0.5 * (ratio + 1.0 / ratio), 0.5 * (ratio - 1.0 / ratio));
             let grown = if self.moments.len() == 1 { 1.0 } else { largest(self.largest * power(ratio, degree) / ROUGHER, 1.0) };
             let side = |half: f64| {
@@ -332,21 +348,19 @@ impl<'a> KernelSums<'a> {
             let sides = [side(halves[0]), side(halves[1])];
             // The first side with the Jacobian of the map to a triangle.
             let sum = if jacobian { (1.0 + major) * sides[0] + 2.0 * sides[1] } else { sides[0] + sides[1] };
-            let falls = 1.0 / (ratio * ratio);
             // A cell may be a line, of no share in the element.
-            let mut bound = 32.0 / 15.0 * grown * (share * sum) / (1.0 - falls);
-            if !bound.is_finite() {
+            let first = 32.0 / 15.0 * grown * (share * sum) / (1.0 - falls[2]);
+            if !first.is_finite() {
                 break;
             }
-            let limit = best.map_or(MOST, |b| b.nodes);
-            for n in 1..=limit {
-                let found = best.is_none_or(|b| n < b.nodes || bound < b.bound);
-                if n >= FEWEST && bound <= tolerance && found {
-                    let (unit, most) = (bound / grown, largest(sides[0], sides[1]));
-                    best = Some(Enough { nodes: n, bound, unit, rounding, ratio, most });
-                    break;
-                }
-                bound *= falls;
+            let limit = best.map_or(MOST, |best| best.nodes);
+            if first * falls[limit] > tolerance {
+                continue;
+            }
+            let Some(nodes) = (FEWEST..=limit).find(|&nodes| first * falls[nodes] <= tolerance) else { continue };
+            let bound = first * falls[nodes];
+            if best.is_none_or(|best| nodes < best.nodes || bound < best.bound) {
+                best = Some(Enough { nodes, bound, unit: bound / grown, rounding, ratio, most: largest(sides[0], sides[1]) });
             }
         }
         best

@@ -21,7 +21,7 @@ use crate::mesh::shape::Shape;
 const MOST_CORNERS: usize = 16;
 
 /// Parts beyond which the closed forms are cheaper.
-const MOST_PARTS: usize = 48;
+const MOST_PARTS: usize = 1024;
 
 /// The region that is looked at: the affine image of a reference shape.
 #[derive(Debug, Clone, Copy)]
@@ -256,8 +256,7 @@ impl Visible {
 
     /// Takes away the region inside all lines; `None` if the rest is too intricate.
     fn subtract(&mut self, lines: &[Line]) -> Option<()> {
-        let mut besides = [None; MOST_PARTS];
-        let besides = &mut besides[..self.parts.len()];
+        let mut besides = vec![None; self.parts.len()];
         for (beside, part) in besides.iter_mut().zip(&self.parts) {
             *beside = lines.iter().find_map(|line| line.beside(part));
         }
