@@ -30,6 +30,10 @@ const REACH: f64 = 1e-6;
 /// Points at another face are taken to be in front of it by so much of their leaf's radius: in its plane they would see nothing of it.
 const IN_FRONT: f64 = 1e-8;
 
+/// A source hangs close over a point where it faces it, with normals of this cosine at most, nearer than this part of its leaf's radius.
+const FACING: f64 = -0.7;
+const CLOSE: f64 = 0.25;
+
 /// Irradiance at a point and the estimate of its error, in each channel: what it receives of all that it sees above its horizon. Irradiance has the unit of
 /// radiosity, pi times that of the scene's radiances; a white surface there would have it for its radiosity.
 ///
@@ -170,7 +174,10 @@ impl Solution {
     }
 
     fn irradiance_in_space(&self, station: &Station) -> Result<Irradiance, Error> {
-        Ok(self.estimated_sum(station, &self.sum_in_space(station)?, None))
+        let sum = self.sum_in_space(station)?;
+        let mut irradiance = self.estimated_sum(station, &sum, None);
+        irradiance.correct(&self.lacking_in_gaps(station, &sum.rows)?);
+        Ok(irradiance.not_below_zero())
     }
 
     /// What a point of a leaf gathers.
@@ -218,10 +225,11 @@ impl Solution {
         let lacking = self.lacking_beside_edge(leaf, point)?;
         let sum = self.sum(&station, gathers, &self.far[self.receiver_of(leaf)]);
         let mut irradiance = self.estimated_sum(&station, &sum, lacking.as_ref().map(|of| of.other.face));
+        irradiance.correct(&self.lacking_in_gaps(&station, &sum.rows)?);
         if let Some(lacking) = lacking {
             irradiance.correct(&lacking.irradiance);
-            irradiance = irradiance.not_below_zero();
         }
+        irradiance = irradiance.not_below_zero();
         let [rho, emitted] = self.surfaces.at(face, point);
         let estimate = |c: usize| {
             let rounding = 4.0 * f64::EPSILON * (rho[c] * irradiance.irradiance[c].abs() + emitted[c]);
@@ -246,6 +254,33 @@ impl Solution {
         let sums = self.sum(&station, gathers, &self.far[self.receiver_of(leaf)]).sums;
         let [rho, emitted] = self.surfaces.at(self.mesh.elements()[leaf].face(), point);
         Ok(sums.iter().zip(&rho).zip(emitted).map(|((sum, rho), emitted)| emitted + rho * sum).collect())
+    }
+
+    /// What a point lacks in each channel of sources that hang close over it, with an estimate of the error of that. Such a source fills the
+    /// view from the place nearest to the point, and an element far larger than the gap has no polynomial that follows the light at its rim:
+    /// the point lacks the error of the polynomial at that place, which a gather finds there, times the source's form factor.
+    fn lacking_in_gaps(&self, station: &Station, rows: &[(usize, Row)]) -> Result<Vec<[f64; 2]>, Error> {
+        let mut lacking = vec![[0.0; 2]; self.channels.len()];
+        for (source, row) in rows {
+            let element = &self.mesh.elements()[*source];
+            let (normal, corner) = (element.polygon().normal(), element.polygon().vertices()[0]);
+            let height = normal.dot(station.point - corner);
+            if normal.dot(station.normal) > FACING || height <= 0.0 {
+                continue;
+            }
+            let nearest = element.inside(station.point - normal * height);
+            let Some(leaf) = self.mesh.leaf_at(element.face(), nearest) else { continue };
+            if (nearest - station.point).length() > CLOSE * self.mesh.elements()[leaf].radius() {
+                continue;
+            }
+            let Some(taken) = self.taken_at(element.face(), nearest) else { continue };
+            let [_, radiosity] = self.corrected_at(leaf, nearest)?;
+            for ((lacking, radiosity), taken) in lacking.iter_mut().zip(radiosity).zip(taken) {
+                let lacks = row.likely_factor() * (radiosity - taken);
+                *lacking = [lacking[0] + lacks, lacking[1] + lacks.abs()];
+            }
+        }
+        Ok(lacking)
     }
 
     /// What a point of a leaf gathers, over the links that there are.
