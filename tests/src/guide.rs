@@ -12,6 +12,7 @@ chapters! {
     curved "../../crates/curved/README.md",
     numbers "../../crates/numbers/README.md",
     oracle "../../crates/oracle/README.md",
+    paper "../../crates/paper/README.md",
     scene "../../crates/scene/README.md",
     solver "../../crates/solver/README.md",
     evaluate "../../docs/guide/evaluate.md",

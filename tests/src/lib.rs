@@ -1,7 +1,8 @@
 //! Parts shared by the tests across crates; the tests themselves are in `tests/`.
 
 use glam::DVec3;
-use radgrad_core::{Emitter, Error, Receiver, paper};
+use radgrad_core::{Emitter, Error, Receiver};
+use radgrad_paper::appendix;
 
 pub mod decimal;
 pub mod direct;
@@ -22,9 +23,9 @@ pub const FORMS: [(&str, Form); 2] = [("arc form", radgrad_core::radiosity_and_g
 /// Appendix A of the paper, corrected.
 ///
 /// # Errors
-/// As [`paper::radiosity_and_gradient`].
+/// As [`appendix::radiosity_and_gradient`].
 pub fn appendix_a(receiver: &Receiver, emitter: &Emitter) -> Result<(f64, DVec3), Error> {
-    paper::radiosity_and_gradient(receiver, emitter, None)
+    appendix::radiosity_and_gradient(receiver, emitter, None)
 }
 
 /// Relative errors of a radiosity and of its gradient (Euclidean norm) against a reference.

@@ -133,7 +133,7 @@ pub(crate) fn right_aligned(mut printed: Printed) -> Printed {
 #[cfg(test)]
 mod tests {
     use radgrad_audit::run::Run;
-    use radgrad_core::paper::Misprint;
+    use radgrad_paper::appendix::Misprint;
 
     use super::*;
 

@@ -8,10 +8,11 @@
 use std::fmt;
 
 use glam::DVec3;
-use radgrad_core::{Emitter, Receiver, paper};
+use radgrad_core::{Emitter, Receiver};
 use radgrad_oracle::cubature::{self, Status};
 use radgrad_oracle::monte_carlo::{self, Limits, Sampling, Sequence};
 use radgrad_oracle::{Error, Interval};
+use radgrad_paper::appendix;
 use radgrad_scene::case::Problem;
 use rayon::prelude::*;
 
@@ -132,7 +133,7 @@ fn compare(case: Name, paper_gate: f64) -> Agreement {
         Err(error) => contradict("Monte Carlo", error.to_string()),
     }
     if matches!(case.family, Family::Generic | Family::NGon | Family::BackFacing | Family::BelowHorizon)
-        && let Ok((radiosity, gradient)) = paper::radiosity_and_gradient(&problem.receiver, &problem.emitter, None)
+        && let Ok((radiosity, gradient)) = appendix::radiosity_and_gradient(&problem.receiver, &problem.emitter, None)
     {
         agreement.paper = 1;
         let worst = relative_error(&truth, radiosity, gradient);

@@ -1,7 +1,7 @@
 //! The contenders of the comparison: five ways to the radiosity of a polygon, four of them also to its gradient.
 
-use radgrad_core::paper;
 use radgrad_core::{Answer, DVec3, Emission, evaluate, radiosity_and_gradient};
+use radgrad_paper::appendix;
 use radgrad_scene::case::Problem;
 
 use crate::measure::ratio;
@@ -68,8 +68,8 @@ impl Contender {
             _ if !problem.occluders.is_empty() => [Score::NotMeant; 2],
             Self::ClosedForm => of(radiosity_and_gradient(receiver, emitter).ok()),
             _ if is_polynomial => [Score::NotMeant; 2],
-            Self::AsPrinted => of(paper::as_printed(receiver, emitter).ok()),
-            Self::Corrected => of(paper::radiosity_and_gradient(receiver, emitter, None).ok()),
+            Self::AsPrinted => of(appendix::as_printed(receiver, emitter).ok()),
+            Self::Corrected => of(appendix::radiosity_and_gradient(receiver, emitter, None).ok()),
         }
     }
 

@@ -6,7 +6,7 @@
 
 use std::io;
 
-use radgrad_core::paper::{Misprint, radiosity_and_gradient};
+use radgrad_paper::appendix::{Misprint, radiosity_and_gradient};
 use radgrad_scene::case::Problem;
 use rayon::prelude::*;
 

@@ -12,8 +12,7 @@
 //! - [`evaluate_digits`] gives any number of digits;
 //! - [`irradiance_vector`] and [`irradiance_vector_to`] serve many normals at one point, and are the derivative with respect to the
 //!   normal; [`hessian`] and
-//!   [`hessian_to`] give second derivatives with respect to position;
-//! - [`paper`] is the paper's appendix, a second implementation to compare with.
+//!   [`hessian_to`] give second derivatives with respect to position.
 //!
 //! ```
 //! use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver, evaluate};
@@ -40,7 +39,6 @@ mod forms;
 mod gauss;
 mod hessian;
 mod ladder;
-pub mod paper;
 mod problem;
 
 pub use error::Error;

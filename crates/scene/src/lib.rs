@@ -38,7 +38,7 @@ pub use host::check_host;
 pub use occluders::{Beam, Found, Occluders, contains};
 pub use place::{Place, Position};
 pub use reading::{Materials, Reading, read_file};
-pub use scene::split::triangles as triangulate;
+pub use scene::split::{is_parallelogram, triangles as triangulate};
 pub use scene::{Degenerate, Face, GivenFace, Material, Modelling, Note, Overlaps, Placement, Prepared, Scene, Surface};
 pub use texture::{Chart, Piece, Quantity, Texture, Wrap};
 pub use warning::Warning;

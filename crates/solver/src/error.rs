@@ -36,18 +36,6 @@ pub enum Error {
         /// The rule that it breaks.
         source: radgrad_core::Error,
     },
-    /// A refinement asks for no error that elements can have.
-    #[error("elements may be off {value}: it must be above 0 and finite, in the unit of the radiosity")]
-    Allowed {
-        /// The value given.
-        value: f64,
-    },
-    /// A refinement allows no side that elements can have.
-    #[error("sides may be {value} long: it must be above 0, in the unit of length")]
-    Longest {
-        /// The value given.
-        value: f64,
-    },
     /// A mesh is to be divided where it has no element.
     #[error("division {index} is of element {element}: the mesh has {count} elements then, from 0")]
     Division {

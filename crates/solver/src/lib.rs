@@ -36,7 +36,6 @@ mod field;
 mod links;
 mod mesh;
 mod picture;
-pub mod receiver;
 mod solve;
 
 pub use error::Error;

@@ -4,8 +4,8 @@
 //! the surface integrals of the linear emitter count, and under a quadrilateral, where k does.
 
 use glam::DVec3;
-use radgrad_core::paper::{self, Misprint};
 use radgrad_core::{Emission, Emitter, Polygon, Receiver};
+use radgrad_paper::appendix::{self, Misprint};
 use radgrad_tests::reference::paper_scene;
 use radgrad_tests::{RelativeError, direct};
 
@@ -76,7 +76,7 @@ impl Effect {
 
 fn effect(slip: Misprint) -> Effect {
     scenes().iter().filter(|case| slip.shows_in(&case.receiver, &case.emitter)).fold(Effect::NONE, |effect, case| {
-        let wrong = paper::radiosity_and_gradient(&case.receiver, &case.emitter, Some(slip)).unwrap();
+        let wrong = appendix::radiosity_and_gradient(&case.receiver, &case.emitter, Some(slip)).unwrap();
         effect.with(RelativeError::of(wrong, case.truth))
     })
 }
@@ -85,7 +85,7 @@ fn effect(slip: Misprint) -> Effect {
 fn assert_fails_as_printed(slip: Misprint) {
     let mut shown = 0;
     for case in scenes().iter().filter(|case| slip.shows_in(&case.receiver, &case.emitter)) {
-        let wrong = paper::radiosity_and_gradient(&case.receiver, &case.emitter, Some(slip)).unwrap();
+        let wrong = appendix::radiosity_and_gradient(&case.receiver, &case.emitter, Some(slip)).unwrap();
         let error = RelativeError::of(wrong, case.truth);
         println!("{}: {} {:.2e} {:.2e}", slip.name(), case.id, error.radiosity, error.gradient);
         assert!(error.largest() > NOTICED, "{} passes at {}: {error:?}", slip.name(), case.id);
@@ -97,7 +97,7 @@ fn assert_fails_as_printed(slip: Misprint) {
 #[test]
 fn the_corrected_appendix_passes_everywhere() {
     for case in scenes() {
-        let right = paper::radiosity_and_gradient(&case.receiver, &case.emitter, None).unwrap();
+        let right = appendix::radiosity_and_gradient(&case.receiver, &case.emitter, None).unwrap();
         let error = RelativeError::of(right, case.truth);
         assert!(error.largest() < ALLOWED, "{}: {error:?}", case.id);
     }
@@ -146,7 +146,7 @@ fn i2_in_the_place_of_i1_fails_as_printed() {
 #[test]
 fn the_missing_constant_of_k1_changes_nothing() {
     for case in scenes() {
-        let printed = paper::radiosity_and_gradient(&case.receiver, &case.emitter, Some(Misprint::K1Constant)).unwrap();
+        let printed = appendix::radiosity_and_gradient(&case.receiver, &case.emitter, Some(Misprint::K1Constant)).unwrap();
         let error = RelativeError::of(printed, case.truth);
         assert!(error.largest() < ALLOWED, "{}: {error:?}", case.id);
     }
@@ -155,7 +155,7 @@ fn the_missing_constant_of_k1_changes_nothing() {
 #[test]
 fn the_appendix_as_printed_fails_for_every_linear_emitter() {
     for case in scenes().iter().filter(|case| case.emitter.emission_gradient() != DVec3::ZERO) {
-        let printed = paper::as_printed(&case.receiver, &case.emitter).unwrap();
+        let printed = appendix::as_printed(&case.receiver, &case.emitter).unwrap();
         let error = RelativeError::of(printed, case.truth);
         println!("as printed: {} {:.2e} {:.2e}", case.id, error.radiosity, error.gradient);
         assert!(error.radiosity > NOTICED && error.gradient > NOTICED, "passes at {}: {error:?}", case.id);
@@ -174,7 +174,7 @@ fn every_planted_slip_fails() {
     }
     for &slip in Misprint::ALL {
         let errors = scenes.iter().filter(|case| slip.shows_in(&case.receiver, &case.emitter)).map(|case| {
-            let wrong = paper::radiosity_and_gradient(&case.receiver, &case.emitter, Some(slip)).unwrap();
+            let wrong = appendix::radiosity_and_gradient(&case.receiver, &case.emitter, Some(slip)).unwrap();
             RelativeError::of(wrong, case.truth)
         });
         let effect = errors.fold(Effect::NONE, Effect::with);

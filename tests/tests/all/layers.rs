@@ -51,7 +51,7 @@ const TOWERS: &[Tower] = &[
             &["gauss"],
             &["ladder"],
             &["evaluate", "hessian"],
-            &["batch", "paper", "closed_forms"],
+            &["batch", "closed_forms"],
             &["lib"],
         ],
         upward: &[],
@@ -59,17 +59,7 @@ const TOWERS: &[Tower] = &[
     },
     Tower {
         sources: "../crates/solver/src",
-        floors: &[
-            &["error", "clock"],
-            &["mesh"],
-            &["links"],
-            &["field"],
-            &["estimate"],
-            &["solve"],
-            &["picture"],
-            &["receiver"],
-            &["lib"],
-        ],
+        floors: &[&["error", "clock"], &["mesh"], &["links"], &["field"], &["estimate"], &["solve"], &["picture"], &["lib"]],
         upward: &[
             ("links/refine", "field", "a link is refined until what it neglects of the present field is allowed"),
             ("links/cluster/far", "field", "the light of distant clusters depends on what they radiate"),

@@ -8,8 +8,8 @@ use glam::DVec3;
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::{RngSeed, TestRunner};
-use radgrad_core::paper::{self, Misprint};
 use radgrad_core::{Method, evaluate, evaluate_to, irradiance_vector, radiosity_and_gradient};
+use radgrad_paper::appendix::{self, Misprint};
 use radgrad_tests::problem::{Problem, problem, rotation, shift};
 use radgrad_tests::{FORMS, Form};
 
@@ -211,7 +211,7 @@ fn every_slip_in_one_implementation_parts_it_from_the_other() {
         vertices[1..].reverse();
         let reversed = problem.with_vertices(vertices);
         for &slip in Misprint::ALL {
-            let wrong = |p: &Problem| paper::radiosity_and_gradient(&p.receiver(), &p.emitter(), Some(slip)).unwrap();
+            let wrong = |p: &Problem| appendix::radiosity_and_gradient(&p.receiver(), &p.emitter(), Some(slip)).unwrap();
             if slip.shows_in(&problem.receiver(), &problem.emitter()) {
                 let agreement = same(wrong(&problem), answer(arc_form, &problem), &problem, DISPLACEMENT);
                 assert!(agreement.is_err(), "{} passes for {problem:?}", slip.name());

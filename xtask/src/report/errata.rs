@@ -31,7 +31,7 @@ pub(super) fn read(document: &str) -> Result<Vec<Misprint>, Box<dyn Error>> {
             harm: harm(&row[1]),
         })
         .collect();
-    match radgrad_core::paper::Misprint::ERRATA.iter().find(|slip| !misprints.iter().any(|m| m.name == slip.name())) {
+    match radgrad_paper::appendix::Misprint::ERRATA.iter().find(|slip| !misprints.iter().any(|m| m.name == slip.name())) {
         Some(missing) => Err(format!("ERRATA.md has no row for {}", missing.name()).into()),
         None => Ok(misprints),
     }

@@ -9,7 +9,7 @@ use minijinja::{Environment, Value, context};
 use radgrad_audit::gates::Gates;
 use radgrad_audit::measure::Quantity;
 use radgrad_audit::stability::{DIGITS, ORACLE_EVERY};
-use radgrad_core::paper;
+use radgrad_paper::appendix;
 use serde::Serialize;
 
 use super::Beside;
@@ -150,7 +150,7 @@ impl<'a> Page<'a> {
 
 /// Whether a row of the table of mutants is a slip's, and not the control's.
 fn is_slip(name: &str) -> bool {
-    paper::Misprint::ALL.iter().any(|slip| slip.name() == name)
+    appendix::Misprint::ALL.iter().any(|slip| slip.name() == name)
 }
 
 fn verdict(audit: &Audit, passed: bool, caught: &str) -> String {

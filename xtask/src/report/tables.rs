@@ -5,7 +5,7 @@ use std::error::Error;
 use radgrad_audit::contender::Contender;
 use radgrad_audit::family::Family;
 use radgrad_audit::mutants::MARGIN;
-use radgrad_core::paper;
+use radgrad_paper::appendix;
 use serde::Deserialize;
 
 use super::audit::{Audit, Figure, thousands};
@@ -120,7 +120,7 @@ pub(super) fn mutants(audit: &Audit) -> Table {
     let caption = format!("Slips planted in the second implementation; each must be beyond the gate by a factor of {MARGIN:.0}");
     let mut table = Table::new(&caption, &["mutants.csv"], &titles);
     for row in &audit.mutants {
-        let description = paper::Misprint::ALL
+        let description = appendix::Misprint::ALL
             .iter()
             .find(|slip| slip.name() == row.slip)
             .map_or("the corrected form, as it is", |slip| slip.description());

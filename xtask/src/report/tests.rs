@@ -11,7 +11,7 @@ use radgrad_audit::family::Family;
 use radgrad_audit::mutants::{self, mutants};
 use radgrad_audit::run::{Part, Run};
 use radgrad_audit::stability::Stability;
-use radgrad_core::paper::Misprint;
+use radgrad_paper::appendix::Misprint;
 
 use super::Report;
 use super::pictures::Pictures;

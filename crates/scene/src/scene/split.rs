@@ -7,7 +7,24 @@
 use radgrad_core::{DVec3, Polygon, effort};
 use robust::{Coord, orient2d};
 
+use crate::extremes::largest;
 use crate::projection::Projection;
+
+/// The fourth corner of a parallelogram may be off by this fraction of its longest diagonal: the rounding of coordinates.
+const PARALLEL: f64 = 1e-12;
+
+/// Whether an outline is a parallelogram up to rounding.
+///
+/// ```
+/// use radgrad_core::DVec3;
+/// let outline = [[0.0, 0.0], [2.0, 0.0], [3.0, 1.0], [1.0, 1.0]].map(|[x, y]| DVec3::new(x, y, 0.0));
+/// assert!(radgrad_scene::is_parallelogram(&outline) && !radgrad_scene::is_parallelogram(&outline[..3]));
+/// ```
+#[must_use]
+pub fn is_parallelogram(outline: &[DVec3]) -> bool {
+    let &[a, b, c, d] = outline else { return false };
+    (a - b + c - d).length() <= PARALLEL * largest((c - a).length(), (d - b).length())
+}
 
 /// Indices of the vertices of each triangle, counter-clockwise as the face is; `None` if the projected face is no polygon.
 pub fn triangles(vertices: &[DVec3]) -> Option<Vec<[usize; 3]>> {

@@ -6,13 +6,13 @@
 use std::sync::OnceLock;
 
 use radgrad_core::{DVec3, Emission, Emitter, Linear, Polygon, Polynomial};
-use radgrad_scene::{largest, smallest, triangulate};
+use radgrad_scene::{is_parallelogram, largest, smallest, triangulate};
 
 use crate::error::Error;
 use crate::mesh::basis::{Basis, POWERS};
 use crate::mesh::remainder;
 use crate::mesh::rule;
-use crate::mesh::shape::{Shape, in_parent, is_parallelogram};
+use crate::mesh::shape::{Shape, in_parent};
 
 /// A part of a face, with a polynomial radiosity.
 #[derive(Debug)]

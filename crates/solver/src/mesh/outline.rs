@@ -2,9 +2,7 @@
 //! and more on a long rectangle than on a square: so faces can be cut into parallelograms that are nearly squares.
 
 use radgrad_core::DVec3;
-use radgrad_scene::{largest, smallest};
-
-use crate::mesh::shape::is_parallelogram;
+use radgrad_scene::{is_parallelogram, largest, smallest};
 
 /// Most parts that a long parallelogram is cut into.
 pub(crate) const MOST_SLICES: usize = 16;

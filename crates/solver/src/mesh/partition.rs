@@ -8,14 +8,14 @@
 //! another cut does.
 
 use radgrad_core::DVec3;
-use radgrad_scene::largest;
+use radgrad_scene::{is_parallelogram, largest};
 use rayon::prelude::*;
 
 use crate::error::Error;
 use crate::mesh::basis::Basis;
 use crate::mesh::contact::{halves, inside};
 use crate::mesh::rule::STEPS;
-use crate::mesh::shape::{Shape, in_parent, is_parallelogram};
+use crate::mesh::shape::{Shape, in_parent};
 
 /// Fraction of a part's size within which corners are on a line.
 const LEVEL: f64 = 1e-9;

@@ -1,8 +1,5 @@
 //! The two reference shapes: the unit square and the triangle (0,0), (1,0), (0,1).
 
-use radgrad_core::DVec3;
-use radgrad_scene::largest;
-
 /// The shape of an element.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Shape {
@@ -28,15 +25,6 @@ impl Shape {
             Self::Triangle => [1.0 / 3.0; 2],
         }
     }
-}
-
-/// The fourth corner of a parallelogram may be off by this fraction of its longest diagonal: the rounding of coordinates.
-const PARALLEL: f64 = 1e-12;
-
-/// Whether an outline is a parallelogram up to rounding.
-pub(crate) fn is_parallelogram(outline: &[DVec3]) -> bool {
-    let &[a, b, c, d] = outline else { return false };
-    (a - b + c - d).length() <= PARALLEL * largest((c - a).length(), (d - b).length())
 }
 
 /// Reference coordinates in the parent of a point of a child: the quarters of a square in order, the corner triangles of a

@@ -5,7 +5,6 @@ mod exact;
 mod fewer_elements;
 mod pictures;
 mod prepared;
-mod receiver;
 mod shadow_lines;
 mod shadows;
 mod textures;

@@ -12,13 +12,12 @@
 use std::collections::BTreeSet;
 
 use radgrad_core::{DVec3, Polygon};
-use radgrad_scene::{largest, smallest, triangulate};
+use radgrad_scene::{is_parallelogram, largest, smallest, triangulate};
 
 use super::criteria::variation;
 use super::lighting::{Lighting, Sample};
 use super::maximum::brightest;
 use crate::error::Error;
-use crate::mesh::shape::is_parallelogram;
 use crate::receiver::refinement::Refinement;
 
 /// Fraction of the size by which a point may be outside of an element that it belongs to.
@@ -44,7 +43,7 @@ pub struct ConstantElement {
 ///
 /// ```
 /// use radgrad_core::{DVec3, Emission, Emitter, Polygon};
-/// use radgrad_solver::receiver::{Lighting, Refinement, refine_constant};
+/// use radgrad_paper::receiver::{Lighting, Refinement, refine_constant};
 /// let at = |x, y, z| DVec3::new(x, y, z);
 /// let floor = Polygon::new(vec![at(0.0, 0.0, 0.0), at(9.0, 0.0, 0.0), at(9.0, 1.0, 0.0), at(0.0, 1.0, 0.0)])?;
 /// // A long lamp beside it: light changes along x.
@@ -175,7 +174,7 @@ pub fn refine_constant(receiver: &Polygon, light: &Lighting<'_>, refinement: &Re
     let pieces: Vec<Vec<DVec3>> = if is_parallelogram(vertices) {
         vec![vertices.to_vec()]
     } else {
-        let triangles = triangulate(vertices).ok_or(Error::Face { face: 0 })?;
+        let triangles = triangulate(vertices).ok_or(Error::Outline)?;
         triangles.into_iter().map(|corners| corners.map(|i| vertices[i]).to_vec()).collect()
     };
     let outlines = pieces.into_iter().flat_map(|piece| match most.first() {

@@ -40,7 +40,7 @@ pub struct Maximum {
 ///
 /// ```
 /// use radgrad_core::{DVec3, Emission, Emitter, Polygon};
-/// use radgrad_solver::receiver::brightest;
+/// use radgrad_paper::receiver::brightest;
 /// let at = |x, y, z| DVec3::new(x, y, z);
 /// let floor = Polygon::new(vec![at(0.0, 0.0, 0.0), at(4.0, 0.0, 0.0), at(4.0, 3.0, 0.0), at(0.0, 3.0, 0.0)])?;
 /// let lamp = Polygon::new(vec![at(1.0, 0.5, 1.0), at(1.0, 1.5, 1.0), at(2.0, 1.5, 1.0), at(2.0, 0.5, 1.0)])?;

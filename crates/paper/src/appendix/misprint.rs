@@ -1,10 +1,10 @@
 //! The errors of appendix A: the paper's own misprints, and errors that a programmer makes. A check of radiosity or its gradient
 //! that lets one of them pass is too weak.
 
-use glam::DVec3;
+use radgrad_core::DVec3;
 
-use crate::problem::emission::Emitter;
-use crate::problem::receiver::Receiver;
+use radgrad_core::Emitter;
+use radgrad_core::Receiver;
 
 /// One departure from the corrected appendix A.
 ///
@@ -13,7 +13,7 @@ use crate::problem::receiver::Receiver;
 /// let triangle = Polygon::new(vec![DVec3::Z, DVec3::new(0.5, 0.8, 1.0), DVec3::new(1.0, 0.0, 1.0)])?;
 /// let emitter = Emitter::new(triangle, Emission::Constant(1.0))?;
 /// let receiver = Receiver::new(DVec3::new(0.5, 0.3, 0.0), DVec3::Z, 1.0)?;
-/// let value = |misprint| paper::radiosity_and_gradient(&receiver, &emitter, misprint).map(|(value, _)| value);
+/// let value = |misprint| appendix::radiosity_and_gradient(&receiver, &emitter, misprint).map(|(value, _)| value);
 /// let ratio = value(Some(Misprint::ValueDoubled))? / value(None)?;
 /// assert!((ratio - 2.0).abs() < 1e-14);
 /// # Ok::<(), radgrad_core::Error>(())
@@ -125,7 +125,7 @@ impl Misprint {
     /// Short name for tables: `j1-sign`.
     ///
     /// ```
-    /// # use radgrad_core::paper::Misprint;
+    /// # use radgrad_paper::appendix::Misprint;
     /// assert_eq!(Misprint::I2NotHalved.name(), "i2-not-halved");
     /// ```
     #[must_use]
@@ -161,7 +161,7 @@ impl Misprint {
     /// The error, in one line.
     ///
     /// ```
-    /// # use radgrad_core::paper::Misprint;
+    /// # use radgrad_paper::appendix::Misprint;
     /// assert_eq!(Misprint::I2NotHalved.description(), "factor 1/2 missing in I2");
     /// ```
     #[must_use]

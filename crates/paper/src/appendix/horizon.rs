@@ -3,7 +3,7 @@
 //! A polygon that is not convex may fall into several parts; they stay joined by stretches along the horizon that are walked to
 //! and fro, and cancel in every contour integral. A crossing is correct to a few ulp of the edge's ends.
 
-use glam::DVec3;
+use radgrad_core::DVec3;
 
 /// A vertex as seen from the receiver.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -8,7 +8,7 @@ use crate::error::Error;
 ///
 /// ```
 /// use radgrad_core::{DVec3, Emission, Emitter, Polygon};
-/// use radgrad_solver::receiver::Lighting;
+/// use radgrad_paper::receiver::Lighting;
 /// let corners = [(0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, 0.0)].map(|(x, y)| DVec3::new(x, y, 1.0));
 /// let lamp = Emitter::new(Polygon::new(corners.to_vec())?, Emission::Constant(1.0))?;
 /// let light = Lighting { emitters: &[lamp], occluders: &[], reflectance: 1.0, tolerance: 1e-9 };

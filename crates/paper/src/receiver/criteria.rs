@@ -16,7 +16,7 @@ use radgrad_scene::largest;
 ///
 /// ```
 /// use radgrad_core::DVec3;
-/// use radgrad_solver::receiver::variation;
+/// use radgrad_paper::receiver::variation;
 /// let along = variation(DVec3::new(3.0, -1.0, 9.0), [DVec3::X, 2.0 * DVec3::Y]);
 /// assert_eq!(along, [3.0, 2.0], "divide the first width; what is along the normal is not seen");
 /// ```
@@ -41,7 +41,7 @@ pub struct Departure {
 /// `a^2 + a b + b^2`: both real, and one at least inside. They come from the sum that does not cancel.
 ///
 /// ```
-/// use radgrad_solver::receiver::departure;
+/// use radgrad_paper::receiver::departure;
 /// // t^2 from 0 to 1: a parabola leaves its chord by 1/4, in the middle.
 /// let found = departure([0.0, 1.0], [0.0, 2.0]);
 /// assert_eq!((found.largest, found.at), (0.25, 0.5));

@@ -1,6 +1,6 @@
 //! Appendix A of Holzschuch and Sillion 1995 (HS95): radiosity and gradient of a constant or linear emitter, unoccluded.
 //!
-//! Corrected, this is a second implementation of [`crate::radiosity_and_gradient`], with other sums in another order and with X1
+//! Corrected, this is a second implementation of [`radgrad_core::radiosity_and_gradient`], with other sums in another order and with X1
 //! and X2 by quadrature, so that the two may be compared. With a [`Misprint`] planted it is a fault that the audit must catch;
 //! [`as_printed`] is the appendix to the letter. Symbols are the paper's: `r_i = E_i - x`, `e_i = E_{i+1} - E_i`, `w_i = r_i x
 //! e_i`, `k = grad B(y) x n2`, and I1 I2 J1 J2 K1 K2 X1 X2. With `c = n2.(n1 x k)`:
@@ -26,17 +26,17 @@ mod horizon;
 mod misprint;
 mod surface;
 
-use glam::DVec3;
+use radgrad_core::DVec3;
 use radgrad_numbers::power::normalising_power;
 
-pub use crate::paper::misprint::Misprint;
+pub use crate::appendix::misprint::Misprint;
 
-use crate::error::Error;
-use crate::paper::edge::AppendixEdge;
-use crate::paper::horizon::Vertex;
-use crate::paper::misprint::Misprints;
-use crate::problem::emission::{Emission, Emitter};
-use crate::problem::receiver::Receiver;
+use crate::appendix::edge::AppendixEdge;
+use crate::appendix::horizon::Vertex;
+use crate::appendix::misprint::Misprints;
+use radgrad_core::Error;
+use radgrad_core::Receiver;
+use radgrad_core::{Emission, Emitter};
 
 /// Radiosity and gradient by appendix A, corrected, or with one `misprint` planted.
 ///
@@ -46,11 +46,12 @@ use crate::problem::receiver::Receiver;
 /// If the receiver is on the line of an edge to within rounding (the denominators vanish), or a result overflows.
 ///
 /// ```
-/// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver, paper};
+/// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver};
+/// use radgrad_paper::appendix;
 /// let triangle = Polygon::new(vec![DVec3::Z, DVec3::new(0.5, 0.8, 1.0), DVec3::new(1.0, 0.0, 1.0)])?;
 /// let emitter = Emitter::new(triangle, Emission::Constant(1.0))?;
 /// let receiver = Receiver::new(DVec3::new(0.5, 0.3, 0.0), DVec3::Z, 1.0)?;
-/// let (radiosity, _) = paper::radiosity_and_gradient(&receiver, &emitter, None)?;
+/// let (radiosity, _) = appendix::radiosity_and_gradient(&receiver, &emitter, None)?;
 /// assert!((radiosity - 0.1105071695519828).abs() < 1e-16);
 /// # Ok::<(), radgrad_core::Error>(())
 /// ```
@@ -62,11 +63,12 @@ pub fn radiosity_and_gradient(receiver: &Receiver, emitter: &Emitter, misprint: 
 /// appendix's sums do not repeat them.
 ///
 /// ```
-/// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver, paper, radiosity};
+/// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver, radiosity};
+/// use radgrad_paper::appendix;
 /// let triangle = Polygon::new(vec![DVec3::Z, DVec3::new(0.5, 0.8, 1.0), DVec3::new(1.0, 0.0, 1.0)])?;
 /// let emitter = Emitter::new(triangle, Emission::at_vertices(vec![1.0, 2.0, 4.0]))?;
 /// let receiver = Receiver::new(DVec3::new(0.5, 0.3, 0.0), DVec3::new(0.2, 0.0, 1.0), 1.0)?;
-/// let (printed, exact) = (paper::as_printed(&receiver, &emitter)?.0, radiosity(&receiver, &emitter)?);
+/// let (printed, exact) = (appendix::as_printed(&receiver, &emitter)?.0, radiosity(&receiver, &emitter)?);
 /// assert!((printed - exact).abs() > 0.01 * exact, "the misprints of J1 and K1 show");
 /// # Ok::<(), radgrad_core::Error>(())
 /// ```

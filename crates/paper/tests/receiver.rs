@@ -2,8 +2,8 @@
 //! of a sample at the maximum.
 
 use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver, evaluate_to};
+use radgrad_paper::receiver::{Lighting, Refinement, refine_constant, refine_linear};
 use radgrad_scene::largest;
-use radgrad_solver::receiver::{Lighting, Refinement, refine_constant, refine_linear};
 
 fn rectangle([x0, x1]: [f64; 2], [y0, y1]: [f64; 2], z: f64) -> Vec<DVec3> {
     [(x0, y0), (x1, y0), (x1, y1), (x0, y1)].map(|(x, y)| DVec3::new(x, y, z)).to_vec()

@@ -34,7 +34,7 @@ const SAME: f64 = 1e-9;
 ///
 /// ```
 /// use radgrad_core::{DVec3, Emission, Emitter, Polygon};
-/// use radgrad_solver::receiver::{Lighting, Refinement, refine_linear};
+/// use radgrad_paper::receiver::{Lighting, Refinement, refine_linear};
 /// let square = |half: f64, z: f64| [(-half, -half), (half, -half), (half, half), (-half, half)].map(|(x, y)| DVec3::new(x, y, z));
 /// let (floor, mut lamp) = (Polygon::new(square(2.0, 0.0).to_vec())?, square(0.5, 1.0).to_vec());
 /// lamp.reverse();
@@ -144,7 +144,7 @@ const fn ends(a: usize, b: usize) -> Ends {
 
 impl<'a> Building<'a> {
     fn new(receiver: &Polygon, light: Lighting<'a>, longest: f64) -> Result<Self, Error> {
-        let triangles = triangulate(receiver.vertices()).ok_or(Error::Face { face: 0 })?;
+        let triangles = triangulate(receiver.vertices()).ok_or(Error::Outline)?;
         let normal = receiver.normal();
         let samples = receiver.vertices().iter().map(|&v| light.sample(v, normal)).collect::<Result<_, Error>>()?;
         let count = receiver.vertices().len();

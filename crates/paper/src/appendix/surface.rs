@@ -12,9 +12,9 @@
 //! middle, in units of which 16 Gauss nodes leave `(2 + sqrt 3)^-32 = 5e-19`. The remaining error is rounding: 1e-15 where the foot
 //! is in or near the emitter; far outside the signed triangles cancel, by the ratio of distance to size.
 
-use glam::DVec3;
+use radgrad_core::DVec3;
 
-use crate::paper::edge::AppendixEdge;
+use crate::appendix::edge::AppendixEdge;
 
 /// Nodes and weights of the 16-point Gauss-Legendre rule on [-1, 1], the positive half.
 const GAUSS: [(f64, f64); 8] = [
@@ -66,7 +66,7 @@ fn contour_integrals(q: DVec3, e: DVec3, hh: f64) -> (f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::paper::misprint::Misprints;
+    use crate::appendix::misprint::Misprints;
 
     fn edges(vertices: &[DVec3]) -> Vec<AppendixEdge> {
         let at = |i: usize| vertices[i % vertices.len()];

@@ -5,7 +5,7 @@ use crate::error::Error;
 /// How far a receiver is to be refined.
 ///
 /// ```
-/// use radgrad_solver::receiver::Refinement;
+/// use radgrad_paper::receiver::Refinement;
 /// let refinement = Refinement { error: 0.01, ..Refinement::default() };
 /// assert!(refinement.maximum_first);
 /// ```

@@ -9,10 +9,10 @@
 //! lose digits where the edge is short beside its distance, `(r/e)^2` in J1 and I2 and `(r/e)^4` in K2, and where `x` is near
 //! the edge's line.
 
-use glam::DVec3;
+use radgrad_core::DVec3;
 
-use crate::error::Error;
-use crate::paper::misprint::{Misprint, Misprints};
+use crate::appendix::misprint::{Misprint, Misprints};
+use radgrad_core::Error;
 
 /// One edge as seen from the receiver, with its integrals.
 #[derive(Debug)]
