@@ -98,6 +98,12 @@ const CHECKS: [Check; 14] = [
     by_truth!("scenes", whole_scenes),
 ];
 
+/// The names of the checks.
+#[must_use]
+pub fn names() -> [&'static str; CHECKS.len()] {
+    CHECKS.map(|(name, _)| name)
+}
+
 /// Everything that is found wrong.
 #[must_use]
 pub fn bite(setting: &Setting<'_>) -> Vec<Wrong> {

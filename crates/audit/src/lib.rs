@@ -34,8 +34,6 @@ pub mod family;
 pub mod foreign;
 pub mod forms;
 pub mod gates;
-#[cfg(radgrad_mutants)]
-pub mod hunt;
 mod lattice;
 pub mod leading;
 pub mod measure;
