@@ -81,7 +81,7 @@ macro_rules! by_truth {
 }
 
 /// The checks, the quickest first.
-const CHECKS: [Check; 14] = [
+const CHECKS: [Check; 15] = [
     by_truth!("merge", merge),
     by_truth!("canaries", canaries),
     ("witnesses", witnesses),
@@ -93,6 +93,7 @@ const CHECKS: [Check; 14] = [
     ("records", |setting| records("records", Asked::Core, setting)),
     ("oracle-records", |setting| records("oracle-records", Asked::Oracle, setting)),
     ("scene-records", |setting| records("scene-records", Asked::Scenes, setting)),
+    ("solver-records", |setting| records("solver-records", Asked::Solver, setting)),
     by_truth!("bounds", bounds),
     by_truth!("errors", errors),
     by_truth!("scenes", whole_scenes),
