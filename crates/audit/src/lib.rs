@@ -29,6 +29,7 @@ pub mod comparison;
 pub mod condition;
 pub mod contender;
 pub mod decade;
+pub mod derivatives;
 pub mod distribution;
 pub mod family;
 pub mod foreign;
