@@ -18,7 +18,6 @@ use crate::bounds::digits;
 use crate::bounds::mark::Mark;
 use crate::bounds::requirements::breaches;
 use crate::bounds::{campaign, table as bounds_table};
-use crate::derivatives;
 use crate::family::{Family, Name};
 use crate::forms::forms;
 use crate::gates::Gates;
@@ -33,6 +32,7 @@ use crate::shard::Shard;
 use crate::table::Table;
 use crate::truth::Truth;
 use crate::witness::{self, Ask, Witness};
+use crate::{derivatives, entries};
 
 /// Something wrong.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -82,7 +82,7 @@ macro_rules! by_truth {
 }
 
 /// The checks, the quickest first.
-const CHECKS: [Check; 17] = [
+const CHECKS: [Check; 18] = [
     by_truth!("merge", merge),
     by_truth!("canaries", canaries),
     ("witnesses", witnesses),
@@ -99,6 +99,7 @@ const CHECKS: [Check; 17] = [
     by_truth!("errors", errors),
     by_truth!("derivatives", second_derivatives),
     by_truth!("brackets", brackets),
+    by_truth!("entries", other_entries),
     by_truth!("scenes", whole_scenes),
 ];
 
@@ -437,6 +438,28 @@ fn second_derivatives(_: &Setting<'_>) -> Vec<String> {
     found
 }
 
+/// Answers without bounds, and what is made of matrices.
+fn other_entries(_: &Setting<'_>) -> Vec<String> {
+    use scenes::family::Family as Scenes;
+    let families =
+        [Family::Generic, Family::Clipped, Family::NGon, Family::Concave, Family::BackFacing, Family::PolynomialClipped];
+    let names: Vec<Name> =
+        families.iter().flat_map(|&family| (0..6).map(move |index| Name { family, seed: 15, index })).collect();
+    let plain = |name: &Name| {
+        let found = name.case().problem().map_or_else(|error| vec![error.to_string()], |problem| entries::plain(&problem));
+        found.into_iter().map(|wrong| format!("{name}: {wrong}")).collect::<Vec<_>>()
+    };
+    let mut found: Vec<String> = names.par_iter().flat_map_iter(plain).collect();
+    let scenes = [Scenes::Clutter, Scenes::Furnace, Scenes::Touching, Scenes::Slit, Scenes::Open, Scenes::Textured];
+    let of_matrix = |&family: &Scenes| {
+        let name = scenes::family::Name { family, seed: 15, index: 0 };
+        let found = entries::of_matrix(name).unwrap_or_else(|error| vec![error]);
+        found.into_iter().map(move |wrong| format!("{name}: {wrong}")).collect::<Vec<_>>()
+    };
+    found.extend(scenes.par_iter().flat_map_iter(of_matrix).collect::<Vec<_>>());
+    found
+}
+
 /// Form factors of pairs of faces, many of them, against rays.
 fn brackets(_: &Setting<'_>) -> Vec<String> {
     use scenes::family::Family as Scenes;
@@ -495,10 +518,10 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_wrong_with_shards_canaries_and_trees() {
+    fn nothing_is_wrong_with_shards_canaries_trees_derivatives_and_other_entries() {
         let gates = Gates::from_toml(include_str!("../../../data/gates.toml")).unwrap();
         let setting = Setting { gates: &gates, witnesses: &[], records: &[], first: None, made: Made::All };
-        for check in [merge, canaries, trees] {
+        for check in [merge, canaries, trees, second_derivatives, other_entries] {
             assert_eq!(check(&setting), Vec::<String>::new());
         }
     }

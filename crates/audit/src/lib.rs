@@ -31,6 +31,7 @@ pub mod contender;
 pub mod decade;
 pub mod derivatives;
 pub mod distribution;
+pub mod entries;
 pub mod family;
 pub mod foreign;
 pub mod forms;

@@ -155,13 +155,15 @@ impl Record {
             });
         }
         for (now, then) in statements.iter().zip(&self.said) {
-            // What is no number compares as apart, and as smaller.
+            // What is no number compares as apart.
             let apart = now.apart(then);
-            if apart > 1.0 || apart.is_nan() {
+            if now.bound.is_nan() || now.bound < 0.0 {
+                found.push(truth(format!("the bound is {:e}", now.bound)));
+            } else if apart > 1.0 || apart.is_nan() {
                 let what =
                     format!("{}: {:?} +- {:e}, it was {:?} +- {:e}", self.of, now.value, now.bound, then.value, then.bound);
                 found.push(Wrong { by_record: self.of.only_estimates(), what });
-            } else if now.bound.is_nan() || (now.bound - then.bound).abs() > ROUNDINGS * then.bound {
+            } else if (now.bound - then.bound).abs() > ROUNDINGS * then.bound {
                 let what = format!("{}: the bound is {:e}, it was {:e}", self.of, now.bound, then.bound);
                 found.push(Wrong { by_record: true, what });
             } else if now.has_moved(then) {
