@@ -11,7 +11,6 @@ use radgrad_core::{Receiver, hessian_to, irradiance_vector_to};
 use radgrad_scene::case::Problem;
 
 use crate::bounds::digits;
-use crate::measure::is_worse;
 use crate::truth::Truth;
 
 /// Digits of the truth.
@@ -60,8 +59,8 @@ fn second_derivatives(problem: &Problem, tolerance: f64) -> Option<Option<String
     }
     let found = hessian_to(receiver, emitter, occluders, tolerance).ok()?;
     let off = size(found.matrix - narrow);
-    let is_off = is_worse(off, found.error + room);
-    Some(is_off.then(|| format!("second derivatives to {tolerance:e} are off by {off:e}, the bound is {:e}", found.error)))
+    let holds = (0.0..=found.error + room).contains(&off);
+    Some((!holds).then(|| format!("second derivatives to {tolerance:e} are off by {off:e}, the bound is {:e}", found.error)))
 }
 
 /// Where all of the emitter is above the horizon, what a receiver gets is the component along its normal.
@@ -81,7 +80,7 @@ fn irradiance_vector(problem: &Problem, tolerance: f64) -> Option<Option<String>
     for normal in normals {
         let truth = at(problem, x, normal)?.radiosity.to_f64() * PI / receiver.reflectance();
         let off = (found.vector.dot(normal) - truth).abs();
-        if is_worse(off, found.error + 1e-14 * truth.abs()) {
+        if !(0.0..=found.error + 1e-14 * truth.abs()).contains(&off) {
             let what = format!("the irradiance vector to {tolerance:e} is off by {off:e}, the bound is {:e}", found.error);
             worst = Some(what);
         }
