@@ -61,6 +61,13 @@ impl Drawn {
 
 /// The sources, and all their faults in an order that the seed gives.
 pub(crate) fn shuffled(workspace: &Path, seed: u64) -> Result<(Vec<Source>, Vec<Drawn>), Box<dyn Error>> {
+    let (sources, mut all) = read(workspace)?;
+    shuffle(&mut all, seed);
+    Ok((sources, all))
+}
+
+/// In the order of the files.
+fn read(workspace: &Path) -> Result<(Vec<Source>, Vec<Drawn>), Box<dyn Error>> {
     let mut paths = Vec::new();
     for place in CODE {
         sources_below(workspace, place, &mut paths)?;
@@ -73,12 +80,14 @@ pub(crate) fn shuffled(workspace: &Path, seed: u64) -> Result<(Vec<Source>, Vec<
         all.extend(faults.into_iter().map(|fault| Drawn { file, fault }));
         sources.push(Source { path, text });
     }
+    Ok((sources, all))
+}
+
+fn shuffle<T>(all: &mut [T], seed: u64) {
     let mut sampler = Sampler::new(seed, "faults", 0);
     for last in (1..all.len()).rev() {
-        let other = sampler.below(u32::try_from(last + 1)?) as usize;
-        all.swap(last, other);
+        all.swap(last, sampler.below(u32::try_from(last + 1).unwrap_or(u32::MAX)) as usize);
     }
-    Ok((sources, all))
 }
 
 /// All but tests.
@@ -101,11 +110,14 @@ mod tests {
     use crate::in_workspace;
 
     #[test]
-    fn a_seed_draws_the_same_faults_and_another_seed_others() {
+    fn a_seed_draws_the_same_faults_of_all_of_the_code_and_another_seed_others() {
+        let (sources, all) = read(&in_workspace(".")).unwrap();
+        assert!(all.len() > 10_000 && CODE.iter().all(|place| sources.iter().any(|source| source.path.starts_with(place))));
         let first = |seed| {
-            let (sources, all) = shuffled(&in_workspace("."), seed).unwrap();
-            assert!(all.len() > 10_000 && CODE.iter().all(|place| sources.iter().any(|source| source.path.starts_with(place))));
-            all.into_iter().take(20).map(|drawn| (drawn.line(&sources).0, drawn.fault)).collect::<Vec<_>>()
+            let mut numbers: Vec<usize> = (0..all.len()).collect();
+            shuffle(&mut numbers, seed);
+            numbers.truncate(20);
+            numbers
         };
         assert_eq!(first(1), first(1));
         assert_ne!(first(1), first(2));
