@@ -235,3 +235,58 @@ pub(crate) fn write(rows: &[Row], file: &Path) -> Result<(), Box<dyn Error>> {
         Ok(())
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::in_workspace;
+    use crate::mutants::places;
+
+    #[test]
+    fn limits_are_those_of_the_binomial_distribution() {
+        // Of 9 in 10 they are known to be 0.5550 and 0.9975.
+        assert_eq!(Share::of(9, 10), Share { share: 0.9, at_least: 0.555, at_most: 0.9975 });
+        assert_eq!((Share::of(0, 10).at_least, Share::of(10, 10).at_most), (0.0, 1.0));
+    }
+
+    #[test]
+    fn a_summary_counts_what_becomes_of_each_and_lists_survivors() {
+        let text = "fn f(a: f64) -> f64 {\n    2.0 * a\n}\n";
+        let sources = [Source { path: "a.rs".to_owned(), text: text.to_owned() }];
+        let fault = places::faults(text).unwrap().into_iter().find(|fault| fault.operator == "halved").unwrap();
+        let drawn = Drawn { file: 0, fault };
+        let known = "[[harmless]]\nfile = \"a.rs\"\nline = \"2.0 * a\"\nplace = \"2.0\"\noperators = [\"halved\"]\nwhy = \"No one asks.\"";
+        let (none, known): (Known, Known) = (Known::default(), toml::from_str(known).unwrap());
+        let told = |by: fn(&'static str, String) -> Seen| by("merge", "it is off".to_owned());
+        let truth = told(|check, what| Seen::Truth { check, what });
+        let record = told(|check, what| Seen::Record { check, what });
+        let row = |seen, known| Row::new(&drawn, &sources, seen, 0.25, known);
+        let rows = [
+            row(truth, &known),
+            row(record, &none),
+            row(Seen::Nothing, &known),
+            row(Seen::Nothing, &none),
+            row(Seen::NeverDiffers, &none),
+            row(Seen::Unreached, &none),
+        ];
+        let summary = Summary::of(&rows, [7, 1], 1.5);
+        insta::assert_snapshot!(format!("{}\n{}", serde_json::to_string_pretty(&summary).unwrap(), printed(&summary)));
+    }
+
+    #[test]
+    fn what_is_known_of_is_still_there_and_has_a_reason() {
+        let known = Known::read(&in_workspace("data/mutants.toml")).unwrap();
+        for harmless in &known.harmless {
+            let text = fs::read_to_string(in_workspace(&harmless.file)).unwrap();
+            let faults = places::faults(&text).unwrap();
+            let sources = [Source { path: harmless.file.clone(), text }];
+            for operator in &harmless.operators {
+                let is_it = |fault: &&places::Fault| {
+                    fault.operator == operator && known.why(&Drawn { file: 0, fault: (*fault).clone() }, &sources).is_some()
+                };
+                assert!(faults.iter().any(|fault| is_it(&fault)), "{}: {operator}", harmless.line);
+            }
+            assert!(harmless.why.len() > 40, "{}", harmless.line);
+        }
+    }
+}
