@@ -32,7 +32,7 @@ use crate::shard::Shard;
 use crate::table::Table;
 use crate::truth::Truth;
 use crate::witness::{self, Ask, Witness};
-use crate::{derivatives, entries};
+use crate::{derivatives, entries, operations};
 
 /// Something wrong.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -82,7 +82,7 @@ macro_rules! by_truth {
 }
 
 /// The checks, the quickest first.
-const CHECKS: [Check; 18] = [
+const CHECKS: [Check; 19] = [
     by_truth!("merge", merge),
     by_truth!("canaries", canaries),
     ("witnesses", witnesses),
@@ -100,6 +100,7 @@ const CHECKS: [Check; 18] = [
     by_truth!("derivatives", second_derivatives),
     by_truth!("brackets", brackets),
     by_truth!("entries", other_entries),
+    by_truth!("operations", single_operations),
     by_truth!("scenes", whole_scenes),
 ];
 
@@ -436,6 +437,12 @@ fn second_derivatives(_: &Setting<'_>) -> Vec<String> {
     }
     found.extend(told.into_iter().flatten().flatten());
     found
+}
+
+/// Running bounds of single operations.
+fn single_operations(_: &Setting<'_>) -> Vec<String> {
+    let found = (0..4000u64).into_par_iter().flat_map_iter(operations::wrong);
+    found.collect()
 }
 
 /// Answers without bounds, and what is made of matrices.

@@ -41,6 +41,7 @@ pub mod leading;
 pub mod measure;
 pub mod mutants;
 pub mod name;
+pub mod operations;
 pub mod precision;
 pub mod record;
 pub mod regression;
