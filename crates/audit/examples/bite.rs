@@ -1,4 +1,4 @@
-//! The small setting of the audit as a program. `cargo xtask mutants` builds it with faults to plant. It prints a line of JSON
+//! The small setting of the audit as a program. `cargo xtask mutants` builds it with faults in it. It prints a line of JSON
 //! for each finding, and its exit status is 1 if there is one.
 //!
 //! `cargo run -p radgrad-audit --example bite`
@@ -8,7 +8,7 @@
 //! With `search ROUNDS` it climbs from the recorded witnesses until a bound is broken, and writes the cases that break one; with
 //! `worst ROUNDS` it climbs to the end, and writes the two worst cases of each place; with `ordinary CASES` it writes as many cases
 //! of some families, whose bounds are to be remembered though nothing comes near them; with `record FILE` it asks again what the file
-//! holds and writes what is said of it today. In the build with faults `hunt FAULT ROUNDS` writes records that tell of one.
+//! holds and writes what is said of it today.
 
 use std::error::Error;
 use std::path::{Path, PathBuf};
@@ -29,14 +29,10 @@ fn main() -> Ended {
     let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
     let witnesses = || witness::all(&data("worst"));
     match words[..] {
-        ["search", rounds] => {
-            plant(&planted());
-            climb(&witnesses()?, rounds.parse()?)
-        }
+        ["search", rounds] => climb(&witnesses()?, rounds.parse()?),
         ["worst", rounds] => worst(&witnesses()?, rounds.parse()?),
         ["ordinary", cases] => ordinary(cases.parse()?),
         ["record", file] => again(Path::new(file)),
-        ["hunt", fault, rounds] => hunted(fault, rounds.parse()?),
         _ => judge(&words),
     }
 }
@@ -44,19 +40,6 @@ fn main() -> Ended {
 fn data(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data").join(name)
 }
-
-/// The fault that the environment names.
-fn planted() -> String {
-    std::env::var("RADGRAD_MUTANT").unwrap_or_default()
-}
-
-#[cfg(radgrad_mutants)]
-fn plant(id: &str) {
-    radgrad_core::mutant::plant(id);
-}
-
-#[cfg(not(radgrad_mutants))]
-fn plant(_: &str) {}
 
 fn judge(words: &[&str]) -> Ended {
     let gates = Gates::from_toml(&std::fs::read_to_string(data("gates.toml"))?)?;
@@ -69,7 +52,6 @@ fn judge(words: &[&str]) -> Ended {
     } else {
         Made::All
     };
-    plant(&planted());
     let found = bite(&Setting { gates: &gates, witnesses: &witnesses, records: &records, first, made });
     for wrong in &found {
         println!("{}", serde_json::json!({ "check": wrong.check, "by_record": wrong.by_record, "what": wrong.what }));
@@ -159,25 +141,4 @@ fn again(file: &Path) -> Ended {
         }
     }
     Ok(ended)
-}
-
-#[cfg(not(radgrad_mutants))]
-fn hunted(fault: &str, _: u64) -> Ended {
-    Err(format!("{fault}: this build has no faults in it: `cargo xtask mutants` makes one that has").into())
-}
-
-/// The two that tell best.
-#[cfg(radgrad_mutants)]
-fn hunted(fault: &str, rounds: u64) -> Ended {
-    let start: Vec<_> = witness::all(&data("worst"))?.into_iter().map(|w| (Of::Answer(w.ask), w.case)).collect();
-    let found = radgrad_audit::hunt::hunt(fault, rounds, &start);
-    for (gain, of, case) in found.iter().take(2) {
-        eprintln!("{fault}: {of}: {gain:e}");
-        let mut record = Record::new(*of, Some(case.clone()))?;
-        if let Some(case) = &mut record.case {
-            case.id = radgrad_scene::case::Id::Text(fault.to_owned());
-        }
-        println!("{}", serde_json::to_string(&record)?);
-    }
-    Ok(ExitCode::from(u8::from(found.is_empty())))
 }

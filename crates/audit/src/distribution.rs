@@ -6,8 +6,6 @@
 
 use std::collections::BTreeMap;
 
-use radgrad_core::mutant;
-
 use crate::decade::Decade;
 use crate::family::Name;
 use crate::leading::Leading;
@@ -30,8 +28,8 @@ impl Bin {
 
     /// Adds the cases of `other`.
     pub fn merge(&mut self, other: &Self) {
-        self.count += mutant!("merge.count", other.count, |_| 1);
-        self.first = mutant!("merge.first", self.first.min(other.first), |_| self.first);
+        self.count += other.count;
+        self.first = self.first.min(other.first);
     }
 }
 
@@ -82,11 +80,7 @@ impl Distribution {
         }
         self.worst = match (self.worst, other.worst) {
             (Some(ours), Some(theirs)) => {
-                let theirs_is_worse = mutant!(
-                    "merge.worst",
-                    theirs.value.total_cmp(&ours.value).then_with(|| ours.case.cmp(&theirs.case)).is_gt(),
-                    |_| false
-                );
+                let theirs_is_worse = theirs.value.total_cmp(&ours.value).then_with(|| ours.case.cmp(&theirs.case)).is_gt();
                 Some(if theirs_is_worse { theirs } else { ours })
             }
             (ours, theirs) => ours.or(theirs),

@@ -17,7 +17,6 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-use radgrad_core::mutant;
 use serde::Deserialize;
 
 use crate::bounds::requirements::Requirement;
@@ -178,8 +177,7 @@ impl Gates {
             let worst = distribution.worst()?;
             let gate = self.gate(family, quantity)?;
             let fault = Fault::Beyond { quantity, figure: worst.value, gate };
-            (mutant!("gates.beyond", worst.value > gate, |_| worst.value > 1e3 * gate))
-                .then_some(Violation { case: worst.case, fault })
+            (worst.value > gate).then_some(Violation { case: worst.case, fault })
         });
         ended.chain(beyond).collect()
     }

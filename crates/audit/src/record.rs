@@ -2,8 +2,8 @@
 //! error that no truth tells when one of them becomes a tenth of what it was, or loses a term. The record does.
 //!
 //! Asked again, a value that has no point in common with the recorded one, or an answer that truth contradicts, is wrong. A bound
-//! that became smaller by more than [`ROUNDINGS`], or a value that moved beyond rounding ([`Statement::has_moved`]), takes a reason and a
-//! new record (`cargo run -p radgrad-audit --example bite -- record FILE`).
+//! that changed by more than [`ROUNDINGS`], or a value that moved beyond rounding ([`Statement::has_moved`]), takes a reason and a
+//! new record (`cargo run -p radgrad-audit --example bite -- record FILE`): a bound that grew is no longer what was derived either.
 
 use std::fmt;
 use std::path::Path;
@@ -12,7 +12,9 @@ use std::str::FromStr;
 use glam::DVec3;
 use radgrad_core::batch::{Answers, EmitterTree, Engine, Receivers};
 use radgrad_core::{Emission, Emitter, Polygon, evaluate_digits, evaluate_to, hessian_to, irradiance_vector_to};
-use radgrad_oracle::{Arithmetic, Error as OracleError, Request, Source, enclose_source_past};
+use radgrad_oracle::cubature::{self, Form};
+use radgrad_oracle::monte_carlo::{self, Sampling, Sequence};
+use radgrad_oracle::{Arithmetic, Error as OracleError, Request, Source, SourceFunction, enclose_source_past};
 use radgrad_scene::case::{Case, Problem};
 use serde::{Deserialize, Serialize};
 
@@ -20,11 +22,12 @@ use crate::bounds::digits;
 use crate::measure::worse;
 use crate::sampler::Sampler;
 use crate::scenes;
+use crate::scenes::statement::Subject;
 use crate::seen::reduced;
 use crate::truth::Truth;
 use crate::witness::{self, Ask, Error, Wrong};
 
-/// A bound may be smaller than it was by this share of it: other processors add in another order.
+/// A bound may be another one than it was by this share of it: other processors add in another order.
 pub const ROUNDINGS: f64 = 1e-6;
 
 /// A value may move by this share of its bound, and by no more than a thousandth of that and two units of its last place.
@@ -48,10 +51,16 @@ pub enum Of {
     Irradiance(f64),
     /// Of a case, the oracle's enclosure in an arithmetic, to so many digits.
     Oracle(Arithmetic, u32),
+    /// Of a case without occluders, cubature of each form to a tolerance.
+    Cubature(f64),
+    /// Of a case, so many samples.
+    Samples(u32),
+    /// Of a scene, walks of so many rays: what the solver is held against.
+    Walks(u32, scenes::family::Name),
     /// A bent sheet of lamps by a tree, from the receiver of this number.
     Tree(u64),
     /// A scene.
-    Scene(scenes::statement::Subject, scenes::family::Name),
+    Scene(Subject, scenes::family::Name),
 }
 
 /// A value, of one component or more, with the bound on the norm of its error. Without a value a figure of its own: evaluations that
@@ -146,11 +155,15 @@ impl Record {
             });
         }
         for (now, then) in statements.iter().zip(&self.said) {
-            // What is no number compares as apart, and as smaller.
+            // What is no number compares as apart.
             let apart = now.apart(then);
-            if apart > 1.0 || apart.is_nan() {
-                found.push(truth(format!("{:?} +- {:e}, it was {:?} +- {:e}", now.value, now.bound, then.value, then.bound)));
-            } else if now.bound.is_nan() || now.bound < (1.0 - ROUNDINGS) * then.bound {
+            if now.bound.is_nan() || now.bound < 0.0 {
+                found.push(truth(format!("the bound is {:e}", now.bound)));
+            } else if apart > 1.0 || apart.is_nan() {
+                let what =
+                    format!("{}: {:?} +- {:e}, it was {:?} +- {:e}", self.of, now.value, now.bound, then.value, then.bound);
+                found.push(Wrong { by_record: self.of.only_estimates(), what });
+            } else if (now.bound - then.bound).abs() > ROUNDINGS * then.bound {
                 let what = format!("{}: the bound is {:e}, it was {:e}", self.of, now.bound, then.bound);
                 found.push(Wrong { by_record: true, what });
             } else if now.has_moved(then) {
@@ -171,6 +184,8 @@ pub enum Asked {
     Oracle,
     /// Form factors and fields of scenes.
     Scenes,
+    /// The solver, and certificates.
+    Solver,
 }
 
 impl Of {
@@ -178,10 +193,16 @@ impl Of {
     #[must_use]
     pub const fn asks(self) -> Asked {
         match self {
-            Self::Oracle(..) => Asked::Oracle,
+            Self::Oracle(..) | Self::Cubature(_) | Self::Samples(_) | Self::Walks(..) => Asked::Oracle,
+            Self::Scene(Subject::Solve | Subject::Certificate, _) => Asked::Solver,
             Self::Scene(..) => Asked::Scenes,
             _ => Asked::Core,
         }
+    }
+
+    /// Whether what it says of an error is no bound, and nothing is wrong with two values that are far apart.
+    const fn only_estimates(self) -> bool {
+        matches!(self, Self::Cubature(_) | Self::Scene(Subject::Solve, _))
     }
 
     /// Asks.
@@ -192,7 +213,8 @@ impl Of {
         match (self, case) {
             (Self::Tree(index), None) => of_tree(index),
             (Self::Scene(subject, name), None) => of_scene(subject, name),
-            (Self::Tree(_) | Self::Scene(..), Some(_)) => Err(format!("{self} has no case")),
+            (Self::Walks(rays, name), None) => of_walks(rays, name),
+            (Self::Tree(_) | Self::Scene(..) | Self::Walks(..), Some(_)) => Err(format!("{self} has no case")),
             (_, None) => Err(format!("{self} of no case")),
             (_, Some(case)) => {
                 let problem = case.problem().map_err(|error| error.to_string())?;
@@ -201,7 +223,9 @@ impl Of {
                     Self::Hessian(tolerance) => of_hessian(tolerance, &problem),
                     Self::Irradiance(tolerance) => of_irradiance(tolerance, &problem),
                     Self::Oracle(arithmetic, digits) => of_oracle(arithmetic, digits, &problem),
-                    Self::Tree(_) | Self::Scene(..) => Err(format!("{self} of a case")),
+                    Self::Cubature(tolerance) => of_cubature(tolerance, &problem),
+                    Self::Samples(count) => of_samples(count, &problem),
+                    Self::Tree(_) | Self::Scene(..) | Self::Walks(..) => Err(format!("{self} of a case")),
                 }
             }
         }
@@ -285,6 +309,57 @@ fn of_oracle(arithmetic: Arithmetic, digits: u32, problem: &Problem) -> Result<S
     Ok(Said { statements, wrong })
 }
 
+/// Evaluations of a form of cubature.
+const CUBATURE: usize = 200_000;
+
+fn of_cubature(tolerance: f64, problem: &Problem) -> Result<Said, String> {
+    let emitter = &problem.emitter;
+    let mut statements = Vec::new();
+    for form in [Form::Surface, Form::Contour, Form::Boundary] {
+        let source = SourceFunction::Emitter(emitter);
+        let found = cubature::integrate_form(&problem.receiver, emitter.polygon(), source, form, tolerance, CUBATURE);
+        let found = found.map_err(|error| error.to_string())?;
+        statements.push(Statement::new(&[found.radiosity], found.radiosity_error));
+        statements.push(Statement::new(&found.gradient.to_array(), found.gradient_error));
+        statements.push(Statement::new(&[], found.evaluations as f64));
+    }
+    Ok(Said { statements, wrong: Vec::new() })
+}
+
+/// That limits of samples hold.
+const CONFIDENCE: f64 = 1.0 - 1e-7;
+
+/// By each way to draw points, of which more digits lie within the limits.
+fn of_samples(count: u32, problem: &Problem) -> Result<Said, String> {
+    let Problem { receiver, emitter, occluders, .. } = problem;
+    let truth = digits::enclosure(problem, DIGITS)?.radiosity;
+    let sequences = [
+        Sequence::Independent { samples: count as usize, seed: 1 },
+        Sequence::Sobol { samples: count / 16, scramblings: 16, seed: 1 },
+    ];
+    let mut said = Said::default();
+    for (sampling, sequence) in [Sampling::SolidAngle, Sampling::Area].into_iter().zip(sequences) {
+        let found = monte_carlo::integrate(receiver, emitter, occluders, sampling, sequence, CONFIDENCE);
+        let found = found.map_err(|error| error.to_string())?;
+        for limits in std::iter::once(found.radiosity).chain(found.gradient) {
+            let widths = [limits.student, limits.distribution_free].map(|interval| 0.5 * interval.width());
+            said.statements.extend(widths.map(|width| Statement::new(&[limits.mean], width)));
+        }
+        let free = found.radiosity.distribution_free;
+        let (low, high) = truth.bounds();
+        if low > free.high || high < free.low {
+            said.wrong.push(format!("sampled {:e} to {:e}, it is {low:e} to {high:e}", free.low, free.high));
+        }
+    }
+    Ok(said)
+}
+
+/// Of a mean and of points with their limits.
+fn of_walks(rays: u32, name: scenes::family::Name) -> Result<Said, String> {
+    let said = scenes::truth::recorded(&name.model(), rays)?;
+    Ok(Said { statements: said.iter().map(|(value, bound)| Statement::new(&[*value], *bound)).collect(), wrong: Vec::new() })
+}
+
 /// Cells along a side of the sheet of lamps.
 const SIDE: usize = 16;
 
@@ -327,7 +402,7 @@ fn of_tree(index: u64) -> Result<Said, String> {
     Ok(against(total, &Statement::new(&[sum], error + 1e-13 * sum)))
 }
 
-fn of_scene(subject: scenes::statement::Subject, name: scenes::family::Name) -> Result<Said, String> {
+fn of_scene(subject: Subject, name: scenes::family::Name) -> Result<Said, String> {
     let said = scenes::statement::recorded(&name.model(), subject)?;
     Ok(Said { statements: said.iter().map(|(value, bound)| Statement::new(&[*value], *bound)).collect(), wrong: Vec::new() })
 }
@@ -350,6 +425,9 @@ impl fmt::Display for Of {
                 let name = ARITHMETICS.iter().find(|(_, known)| known == arithmetic).map_or("other", |(name, _)| name);
                 write!(f, "oracle {name} {digits}")
             }
+            Self::Cubature(tolerance) => write!(f, "cubature {tolerance:e}"),
+            Self::Samples(count) => write!(f, "samples {count}"),
+            Self::Walks(rays, name) => write!(f, "walks {rays} {name}"),
             Self::Tree(index) => write!(f, "tree {index}"),
             Self::Scene(subject, name) => write!(f, "{} {name}", subject.name()),
         }
@@ -378,6 +456,12 @@ impl FromStr for Of {
         match what {
             "hessian" => Ok(Self::Hessian(tolerance()?)),
             "irradiance" => Ok(Self::Irradiance(tolerance()?)),
+            "cubature" => Ok(Self::Cubature(tolerance()?)),
+            "samples" => Ok(Self::Samples(rest.parse().map_err(|_| bad())?)),
+            "walks" => {
+                let (rays, name) = rest.split_once(' ').ok_or_else(bad)?;
+                Ok(Self::Walks(rays.parse().map_err(|_| bad())?, name.parse().map_err(|_| bad())?))
+            }
             "tree" => Ok(Self::Tree(rest.parse().map_err(|_| bad())?)),
             "oracle" => {
                 let (name, digits) = rest.split_once(' ').ok_or_else(bad)?;
@@ -385,7 +469,7 @@ impl FromStr for Of {
                 Ok(Self::Oracle(*arithmetic, digits.parse().map_err(|_| bad())?))
             }
             _ => {
-                let subject = scenes::statement::Subject::ALL.into_iter().find(|subject| subject.name() == what);
+                let subject = Subject::ALL.into_iter().find(|subject| subject.name() == what);
                 Ok(Self::Scene(subject.ok_or_else(bad)?, rest.parse().map_err(|_| bad())?))
             }
         }
@@ -413,9 +497,10 @@ mod tests {
 
     #[test]
     fn what_is_asked_reads_back_from_its_name() {
-        let scene = Of::Scene(scenes::statement::Subject::Factors, "facing:1:0".parse().unwrap());
-        let asked = [Of::Hessian(1e-10), Of::Irradiance(1.0), Of::Oracle(Arithmetic::Limbs, 36), Of::Tree(3), scene];
-        for of in asked.into_iter().chain([Of::Answer(Ask::Value(1.0))]) {
+        let scene = Of::Scene(Subject::Factors, "facing:1:0".parse().unwrap());
+        let walks = Of::Walks(1000, "facing:1:0".parse().unwrap());
+        let asked = [Of::Hessian(1e-10), Of::Irradiance(1.0), Of::Oracle(Arithmetic::Limbs, 36), Of::Tree(3), scene, walks];
+        for of in asked.into_iter().chain([Of::Answer(Ask::Value(1.0)), Of::Cubature(1e-6), Of::Samples(64)]) {
             assert_eq!(of.to_string().parse(), Ok(of));
         }
         assert!("oracle mpfr 20".parse::<Of>().is_err() && "hessian 2".parse::<Of>().is_err());
@@ -431,6 +516,7 @@ mod tests {
             changed.wrong().iter().map(|wrong| wrong.by_record).collect::<Vec<_>>()
         };
         assert_eq!(wrong(|said| said.bound *= 1.0 + 1e-5), [true]);
+        assert_eq!(wrong(|said| said.bound *= 1.0 - 1e-5), [true]);
         assert_eq!(wrong(|said| said.value[0] += 0.5 * said.bound), [true]);
         assert_eq!(wrong(|said| said.value[0] += 3.0 * said.bound), [false]);
         assert_eq!(wrong(|said| said.value[0] = f64::NAN), [false]);

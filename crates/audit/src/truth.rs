@@ -1,7 +1,7 @@
 //! Truth of a case: the oracle's enclosure, and the distance of an answer from it.
 
 use glam::DVec3;
-use radgrad_core::{Emitter, Polygon, Receiver, mutant};
+use radgrad_core::{Emitter, Polygon, Receiver};
 use radgrad_oracle::{Arithmetic, Error, Interval, Request, Source, enclose_source_past};
 use radgrad_scene::case::Problem;
 
@@ -85,9 +85,7 @@ impl Truth {
     #[must_use]
     pub(crate) fn errors_at_least(&self, radiosity: f64, gradient: DVec3) -> (f64, f64) {
         let below = |interval: &Interval, value: f64| {
-            let within =
-                mutant!("truth.at-least", interval.error_of(value) * (1.0 - f64::EPSILON) - 2.0 * interval.radius(), |least| 0.1
-                    * least);
+            let within = interval.error_of(value) * (1.0 - f64::EPSILON) - 2.0 * interval.radius();
             if within > 0.0 { within } else { 0.0 }
         };
         let components = DVec3::from_array([0, 1, 2].map(|k| below(&self.gradient[k], gradient[k])));

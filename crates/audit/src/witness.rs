@@ -458,8 +458,8 @@ pub(crate) fn lines<T: serde::de::DeserializeOwned>(folder: &Path) -> Result<Vec
 }
 
 impl Witness {
-    /// What of it is wrong today: a bound that is broken, what must not be whatever the bounds, or a bound that became smaller
-    /// than it was, which takes a new derivation and a new record.
+    /// What of it is wrong today: a bound that is broken, what must not be whatever the bounds, or a bound that is not
+    /// the one it was, which takes a new derivation and a new record.
     #[must_use]
     pub fn wrong(&self) -> Vec<Wrong> {
         let asked = self.ask.of(&self.case);
@@ -476,7 +476,7 @@ impl Witness {
             .collect();
         let same = asked.held.iter().find(|held| held.place == self.place);
         if let Some(held) = same
-            && held.bound < SMALLER * self.bound
+            && !(SMALLER * self.bound..=self.bound / SMALLER).contains(&held.bound)
         {
             let what = format!("{}, {}: the bound is {:e}, it was {:e}", self.ask, self.place, held.bound, self.bound);
             wrong.push(Wrong { by_record: true, what });
@@ -485,7 +485,7 @@ impl Witness {
     }
 }
 
-/// A bound below this share of what it was is not the bound it was.
+/// A bound below this share of what it was, or above it by as much, is not the bound it was.
 const SMALLER: f64 = 0.98;
 
 /// Something wrong with a witness.

@@ -26,9 +26,6 @@
 //! # Ok::<(), radgrad_core::Error>(())
 //! ```
 
-#[macro_use(mutant)]
-extern crate radgrad_numbers;
-
 pub mod batch;
 mod boundary;
 #[doc(hidden)]
@@ -57,5 +54,3 @@ pub use problem::polygon::Polygon;
 pub use problem::polynomial::{Monomial, Polynomial};
 pub use problem::receiver::Receiver;
 pub use radgrad_numbers::effort;
-#[doc(hidden)]
-pub use radgrad_numbers::mutant;

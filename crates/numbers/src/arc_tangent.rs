@@ -83,18 +83,13 @@ pub fn angle<T: Doubles, const LEFT: bool>(y: T, x: T) -> T {
     let run = x.abs();
     let (steep, left) = (y.exceeds(run), x.like(0.0).exceeds(x));
     let (small, large) = (T::choose(steep, run, y), T::choose(steep, y, run));
-    let nearest = [
-        small.exceeds(x.like(0.25) * large),
-        small.exceeds(mutant!("arc-tangent.limit", x.like(0.75), |_| x.like(0.85)) * large),
-    ];
+    let nearest = [small.exceeds(x.like(0.25) * large), small.exceeds(x.like(0.75) * large)];
     let octant = (steep, if LEFT { Some(left) } else { None });
     let [c, from, rest] = x.entry(&FROM, octant, nearest);
     let s = (small - c * large) / (large + c * small);
     let s = T::choose(if LEFT { steep ^ left } else { steep }, -s, s);
     let square = s * s;
-    from + (s
-        + (mutant!("arc-tangent.cubic", s * square * nine_terms(&CUBIC, square), |cubic: T| cubic * x.like(1.0 + 1e-12))
-            + mutant!("arc-tangent.rest", rest, |_| x.like(0.0))))
+    from + (s + (s * square * nine_terms(&CUBIC, square) + rest))
 }
 
 /// Coordinates that are zero or very small, very large, infinite or no numbers.

@@ -31,13 +31,13 @@ const DOWN: f64 = 1.0 - 2.0 * f64::EPSILON;
 impl<N: Number> Ball<N> {
     #[inline]
     fn new(mid: N, radius: N::Radius) -> Self {
-        Self { mid, radius: mutant!("ball.up", radius * UP, |_| radius) }
+        Self { mid, radius: (radius * UP) }
     }
 
     /// The result of an operation that errs by so many units of roundoff, with the error that the operands propagate.
     #[inline]
     fn result(mid: N, propagated: N::Radius, units: f64) -> Self {
-        Self::new(mid, propagated + mutant!("ball.units", N::roundoff() * mid.size() * units, |error| error * 0.1))
+        Self::new(mid, propagated + N::roundoff() * mid.size() * units)
     }
 
     /// The number without the bound.
@@ -73,11 +73,7 @@ impl<N: Number> Real for Ball<N> {
     fn value_error(self) -> f64 {
         // Half an ulp rather than the actual rounding: whoever compares with a rounded truth must not find the bound broken.
         let low = self.mid.low().abs();
-        let rounding = if low == 0.0 {
-            0.0
-        } else {
-            mutant!("ball.value-error", low.max(ROUNDOFF * self.value().abs()), |rounding| 0.1 * rounding)
-        };
+        let rounding = if low == 0.0 { 0.0 } else { low.max(ROUNDOFF * self.value().abs()) };
         (self.radius.to_double() + rounding) * UP
     }
 
@@ -148,7 +144,7 @@ impl<N: Number> Arithmetic for Ball<N> {
     fn sqrt(self) -> Self {
         let root = self.mid.sqrt();
         let propagated = if self.radius < self.size() {
-            mutant!("ball.root", self.radius / (root.size() + (self.size() - self.radius).sqrt() * DOWN), |error| error * 0.1)
+            self.radius / (root.size() + (self.size() - self.radius).sqrt() * DOWN)
         } else {
             (self.size() + self.radius).sqrt()
         };
@@ -160,8 +156,7 @@ impl<N: Number> Arithmetic for Ball<N> {
     fn ln(self) -> Self {
         let one = N::Radius::from(1.0);
         let q = self.radius / self.size() * UP;
-        let propagated =
-            if q < one { mutant!("ball.logarithm", q / (one - q) * UP, |error| error * 0.1) } else { f64::INFINITY.into() };
+        let propagated = if q < one { q / (one - q) * UP } else { f64::INFINITY.into() };
         Self::result(self.mid.ln(), propagated, N::LIBRARY_UNITS)
     }
 
@@ -169,10 +164,10 @@ impl<N: Number> Arithmetic for Ball<N> {
     /// z^2/4)` up to 1/2 and `<= z pi/2` up to 1. Where the disc reaches the cut the angle may be off by a turn.
     #[inline]
     fn atan2(self, x: Self) -> Self {
-        let moved = mutant!("ball.angle", self.radius + x.radius, |moved| moved * 0.1);
+        let moved = self.radius + x.radius;
         let distance = (self.size() * self.size() + x.size() * x.size()).sqrt();
         let z = moved / distance * UP;
-        let cut = mutant!("ball.cut", x.value() < 0.0 && self.size() <= self.radius, |_| false);
+        let cut = x.value() < 0.0 && self.size() <= self.radius;
         let propagated = if moved == 0.0.into() {
             moved
         } else if cut {
@@ -189,11 +184,7 @@ impl<N: Number> Arithmetic for Ball<N> {
 
     #[inline]
     fn clausen_rest(self) -> Self {
-        Self::result(
-            clausen_rest(self.mid),
-            mutant!("ball.clausen", clausen_rest_change(self.mid, self.radius), |change| change * 0.1) + N::tiny(),
-            N::CLAUSEN_UNITS,
-        )
+        Self::result(clausen_rest(self.mid), clausen_rest_change(self.mid, self.radius) + N::tiny(), N::CLAUSEN_UNITS)
     }
 }
 
@@ -201,7 +192,7 @@ impl<N: Number> Add for Ball<N> {
     type Output = Self;
     #[inline]
     fn add(self, other: Self) -> Self {
-        Self::result(self.mid + other.mid, mutant!("ball.sum", self.radius + other.radius, |_| self.radius), 1.0)
+        Self::result(self.mid + other.mid, self.radius + other.radius, 1.0)
     }
 }
 
@@ -226,9 +217,7 @@ impl<N: Number> Mul for Ball<N> {
     /// `|ab - a'b'| <= |a| rb + ra (|b| + rb)`.
     #[inline]
     fn mul(self, other: Self) -> Self {
-        let propagated =
-            mutant!("ball.product", self.size() * other.radius + self.radius * (other.size() + other.radius), |error| error
-                * 0.1);
+        let propagated = self.size() * other.radius + self.radius * (other.size() + other.radius);
         Self::result(self.mid * other.mid, propagated + N::tiny(), 1.0)
     }
 }
@@ -240,11 +229,8 @@ impl<N: Number> Div for Ball<N> {
     fn div(self, other: Self) -> Self {
         let mid = self.mid / other.mid;
         let least = (other.size() - other.radius) * DOWN;
-        let propagated = if least > 0.0.into() {
-            mutant!("ball.quotient", (self.radius + mid.size() * other.radius + N::tiny()) / least, |error| error * 0.1)
-        } else {
-            f64::INFINITY.into()
-        };
+        let propagated =
+            if least > 0.0.into() { (self.radius + mid.size() * other.radius + N::tiny()) / least } else { f64::INFINITY.into() };
         Self::result(mid, propagated + N::tiny(), N::QUOTIENT_UNITS)
     }
 }

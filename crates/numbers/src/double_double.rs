@@ -31,7 +31,7 @@ pub const ROUNDOFF_OF_DOUBLE_DOUBLE: f64 = 8.0 / (1u128 << 106) as f64;
 pub fn two_sum<T: Doubles>(a: T, b: T) -> (T, T) {
     let s = a + b;
     let b_seen = s - a;
-    mutant!("double-double.sum-error", (s, (a - (s - b_seen)) + (b - b_seen)), |(sum, error): (T, T)| (sum, -error))
+    (s, (a - (s - b_seen)) + (b - b_seen))
 }
 
 /// Exact sum for `|a| >= |b|` (Dekker 1971).
@@ -45,7 +45,7 @@ pub(crate) fn fast_two_sum<T: Doubles>(a: T, b: T) -> (T, T) {
 #[inline(always)]
 pub fn two_product<T: Doubles>(a: T, b: T) -> (T, T) {
     let p = a * b;
-    mutant!("double-double.product-error", (p, a.product_error(b, p)), |(product, error): (T, T)| (product, error + error))
+    (p, a.product_error(b, p))
 }
 
 /// Numbers whose product with a roundoff of double-double is normal, and whose halves do not overflow.
@@ -94,7 +94,7 @@ impl DoubleDouble {
         let root = self.hi.sqrt();
         let (square, error) = two_product(root, root);
         let residual = (self - Self { hi: square, lo: error }).to_f64();
-        let (hi, lo) = fast_two_sum(root, mutant!("double-double.root", residual / (2.0 * root), |step: f64| 0.5 * step));
+        let (hi, lo) = fast_two_sum(root, residual / (2.0 * root));
         Self { hi, lo }
     }
 
@@ -107,7 +107,7 @@ impl DoubleDouble {
         let rest = remainder - divisor * Self::from(second);
         let third = rest.hi / divisor.hi;
         let (hi, lo) = fast_two_sum(first, second);
-        Self { hi, lo } + mutant!("double-double.third-quotient", Self::from(third), |_| Self::from(0.0))
+        Self { hi, lo } + Self::from(third)
     }
 }
 
@@ -124,7 +124,7 @@ impl<T: Doubles> Add for DoubleDouble<T> {
     fn add(self, other: Self) -> Self {
         let (s_hi, s_lo) = two_sum(self.hi, other.hi);
         let (t_hi, t_lo) = two_sum(self.lo, other.lo);
-        let (v_hi, v_lo) = fast_two_sum(s_hi, mutant!("double-double.low-sum", s_lo + t_hi, |_| s_lo));
+        let (v_hi, v_lo) = fast_two_sum(s_hi, s_lo + t_hi);
         let (hi, lo) = fast_two_sum(v_hi, t_lo + v_lo);
         Self { hi, lo }
     }
@@ -159,7 +159,7 @@ impl<T: Doubles> Mul for DoubleDouble<T> {
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
         let (p_hi, p_lo) = two_product(self.hi, other.hi);
-        let cross = mutant!("double-double.cross", self.hi * other.lo + self.lo * other.hi, |_| self.hi * other.lo);
+        let cross = self.hi * other.lo + self.lo * other.hi;
         let (hi, lo) = fast_two_sum(p_hi, p_lo + cross);
         Self { hi, lo }
     }

@@ -30,14 +30,6 @@
 //! The crate serves `radgrad-core`. No unsafe code; vectors are those of the crate [`fearless_simd`], numbers of any precision those of
 //! `astro-float` (feature `arbitrary-precision`, on by default).
 
-#[cfg(not(radgrad_mutants))]
-#[macro_use]
-mod mutant;
-#[cfg(radgrad_mutants)]
-#[doc(hidden)]
-#[macro_use]
-pub mod mutant;
-
 pub mod arc_tangent;
 pub mod arithmetic;
 pub mod ball;

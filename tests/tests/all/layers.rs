@@ -23,7 +23,7 @@ const TOWERS: &[Tower] = &[
     Tower {
         sources: "../crates/numbers/src",
         floors: &[
-            &["mutant", "effort"],
+            &["effort"],
             &["arithmetic", "power", "radius"],
             &["double_double"],
             &["exact", "series"],

@@ -170,18 +170,16 @@ pub fn ask(model: &Model, subject: Subject) -> Said {
     }
 }
 
-/// Form factors or fields with their bounds.
+/// Values with their bounds, estimates or half the width of their limits.
 ///
 /// # Errors
 /// If there is no answer: why.
 pub(crate) fn recorded(model: &Model, subject: Subject) -> Result<Vec<(f64, f64)>, String> {
-    let scene = model.scene().map_err(|error| error.to_string())?;
-    let statements = match subject {
-        Subject::Solve | Subject::Certificate => return Err("it states no bound that can be recorded".to_owned()),
-        Subject::Factors => factors(model, &scene)?,
-        Subject::Field => field(model, &scene)?,
-    };
-    Ok(statements.iter().map(|s| (s.value, s.stated.size())).collect())
+    match ask(model, subject) {
+        Said::Statements(statements) => Ok(statements.iter().map(|s| (s.value, s.stated.size())).collect()),
+        Said::Refused(why) => Err(why),
+        Said::Panicked => Err("it panicked".to_owned()),
+    }
 }
 
 fn counted(model: &Model) -> Options {

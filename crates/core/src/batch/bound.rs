@@ -111,37 +111,21 @@ pub(super) fn bound<S: Simd, F: Lane, const GRADIENT: bool>(
     let units = constant(simd, 2.0 * SECOND_ORDER * F::ROUNDOFF) * sums.angles;
     // k R.
     let condition = root_at_most(simd, sums.nearest * farthest_square, tight);
-    let mut value = mutant!(
-        "batch.value",
-        units * (constant(simd, VALUE_UNITS + 0.5 * edges) + constant(simd, 5.7) * condition),
-        |bound: Lanes<S, F>| bound * constant(simd, 0.1)
-    );
+    let mut value = units * (constant(simd, VALUE_UNITS + 0.5 * edges) + constant(simd, 5.7) * condition);
     let mut gradient = constant(simd, 0.0);
     if GRADIENT {
-        gradient = mutant!(
-            "batch.gradient",
-            units * (constant(simd, GRADIENT_UNITS + edges) + constant(simd, 50.0) * condition),
-            |bound: Lanes<S, F>| bound * constant(simd, 0.1)
-        );
+        gradient = units * (constant(simd, GRADIENT_UNITS + edges) + constant(simd, 50.0) * condition);
     }
     if let Some(Crossing { nearest, slant }) = crossing {
         let c = (*nearest * farthest_square).sqrt();
         let roundoff = constant(simd, SECOND_ORDER * F::ROUNDOFF);
         let eta_square = (constant(simd, 30.0) * roundoff) * (constant(simd, 30.0) * roundoff) * (farthest_square * *slant);
-        let closing = (roundoff + roundoff)
-            * (mutant!(
-                "batch.horizon-angle",
-                c * constant(simd, 16.0) + constant(simd, CLOSING_UNITS),
-                |units: Lanes<S, F>| units * constant(simd, 0.1)
-            ));
+        let closing = (roundoff + roundoff) * (c * constant(simd, 16.0) + constant(simd, CLOSING_UNITS));
         value = value + units * c * constant(simd, 4.0) + eta_square * constant(simd, 6.4);
         // Lanes that are not cut must not see that others are.
         value = value + constant(simd, 0.0).below(c).select(closing, constant(simd, 0.0));
         if GRADIENT {
-            gradient = gradient
-                + mutant!("batch.horizon-gradient", units * c * constant(simd, 44.0), |bound: Lanes<S, F>| bound
-                    * constant(simd, 0.01))
-                + (eta_square + eta_square);
+            gradient = gradient + units * c * constant(simd, 44.0) + (eta_square + eta_square);
         }
     }
     LaneBound { value, gradient_square: sums.nearest * (gradient * gradient) }

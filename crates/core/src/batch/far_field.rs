@@ -69,9 +69,7 @@ struct Points {
 impl Points {
     fn new(degree: usize) -> Self {
         let count = degree + 1;
-        let at: Vec<f64> = (0..count)
-            .map(|i| mutant!("tree.nodes", libm::cos((2 * i + 1) as f64 * PI / (2 * count) as f64), |place: f64| place * 0.9))
-            .collect();
+        let at: Vec<f64> = (0..count).map(|i| libm::cos((2 * i + 1) as f64 * PI / (2 * count) as f64)).collect();
         let factor = |i: usize| 1.0 / (0..count).filter(|j| *j != i).map(|j| at[i] - at[j]).product::<f64>();
         Self { factors: (0..count).map(factor).collect(), at }
     }
@@ -147,11 +145,7 @@ impl FarField {
         let growth = degree.map(lebesgue);
         let axis = |k: usize| {
             let [steep, flat] = order(degree[k] + 1);
-            let power = mutant!(
-                "tree.interpolation",
-                (0..degree[k]).fold(cluster.half[k], |power, _| power * cluster.half[k] * 0.5),
-                |power| 1e-3 * power
-            );
+            let power = (0..degree[k]).fold(cluster.half[k], |power, _| power * cluster.half[k] * 0.5);
             let factor = growth[..k].iter().product::<f64>() * power * UP;
             Axis { steep: steep * factor, flat: flat * factor, order: i32::try_from(degree[k] + 1).unwrap_or(i32::MAX) }
         };
@@ -191,10 +185,8 @@ impl FarField {
         }
         let (near, slope) = (UP / clear, (highest / clear).min(UP));
         let axes = self.axes.iter().map(|Axis { steep, flat, order }| (steep * slope + flat) * near.powi(*order)).sum::<f64>();
-        let rest = mutant!("tree.rule", left_by_rule(self.reach * near, self.first), |rest| 1e-3 * rest)
-            + self.rounding
-            + self.displaced * near;
-        mutant!("tree.far-field", cluster.power * (axes + rest) * (near * near) * (FRAC_1_PI * UP), |error| 1e-4 * error)
+        let rest = left_by_rule(self.reach * near, self.first) + self.rounding + self.displaced * near;
+        cluster.power * (axes + rest) * (near * near) * (FRAC_1_PI * UP)
     }
 }
 

@@ -208,7 +208,7 @@ impl TreeWalk<'_> {
         room.start(self.tree);
         loop {
             self.walk(receiver, share, room, tally);
-            let left_out = mutant!("tree.left-out", room.left_out() * UP, |left_out| 0.0 * left_out);
+            let left_out = room.left_out() * UP;
             if left_out <= 0.75 * allowed || share <= allowed * 1e-9 {
                 room.count(self.tree, entry, tally);
                 let mut sum = self.near(receiver, allowed, room)?;
@@ -232,7 +232,7 @@ impl TreeWalk<'_> {
                 tally.below += node.count as u64;
             } else if sight.behind {
                 tally.behind += node.count as u64;
-            } else if mutant!("tree.weak", sight.most, |most| 1e-3 * most) <= share {
+            } else if sight.most <= share {
                 room.weak.push(Decided { place, index, bound: sight.most });
             } else if sight.whole
                 && let Some(far) = node.far_field(&grove.lamps)

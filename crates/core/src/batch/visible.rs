@@ -149,8 +149,7 @@ fn decide<S: Simd, F: Lane, O: Outline<S, F>, B: BoundarySums<S, F>, const GRADI
     let in_range = known & farthest_square.at_most(constant(simd, F::FARTHEST * F::FARTHEST));
     // Squares of the heights with their signs, against the squares of the least heights whose sign is sure.
     let signed = |height: Lanes<S, F>| height * height.abs();
-    let sure =
-        farthest_square * constant(simd, mutant!("batch.sure", (16.0 * F::ROUNDOFF) * (16.0 * F::ROUNDOFF), |sure| 1e-8 * sure));
+    let sure = farthest_square * constant(simd, (16.0 * F::ROUNDOFF) * (16.0 * F::ROUNDOFF));
     let sure_side = farthest_square * outline.height_share(simd);
     // An exact depth has a sign though its square underflows, or is 0.
     let depth = outline.normal(simd).dot(first.seen.r);

@@ -94,19 +94,14 @@ impl<T: Real> Line<T> {
     /// in double-double, so that its relative error stays at a few roundings down to 1e-14 of the distance.
     #[cold]
     fn passing_near([from, to]: [DVec3; 2], ends: [&Sighted<T>; 2], e: Vec3<T>, x: DVec3, power: f64) -> Self {
-        let (vertex, near) = if mutant!("line.nearer-end", ends[0].square.value() <= ends[1].square.value(), |first: bool| !first)
-        {
-            (from, ends[0])
-        } else {
-            (to, ends[1])
-        };
+        let (vertex, near) = if ends[0].square.value() <= ends[1].square.value() { (from, ends[0]) } else { (to, ends[1]) };
         let (w, square, reach) = (near.point.cross(e), e.norm_squared(), near.square);
         let squares = reach.value() * square.value();
         if T::Number::BEYOND_DOUBLE_DOUBLE || 64.0 * w.norm_squared().value() >= squares {
             return Self::new(e, square, w, reach);
         }
         let exact = exact_offset(vertex, x, power).cross(exact_offset(to, from, power));
-        let error = mutant!("line.precise-moment", 4.0 * ROUNDOFF_OF_DOUBLE_DOUBLE * squares.sqrt(), |error| 1e-3 * error);
+        let error = 4.0 * ROUNDOFF_OF_DOUBLE_DOUBLE * squares.sqrt();
         let w = exact.map(|c: DoubleDouble| T::from_double_double(c, error));
         Self { is_precise: true, ..Self::new(e, square, w, reach) }
     }
@@ -126,9 +121,9 @@ impl<T: Real> Line<T> {
     pub(crate) fn relative_error(&self) -> f64 {
         let ratio = self.reach.value().sqrt() * self.nearness().value();
         if self.is_precise {
-            mutant!("line.relative-error-precise", 2.0 * ROUNDOFF + 4.0 * ROUNDOFF_OF_DOUBLE_DOUBLE * ratio, |error| 0.1 * error)
+            2.0 * ROUNDOFF + 4.0 * ROUNDOFF_OF_DOUBLE_DOUBLE * ratio
         } else {
-            mutant!("line.relative-error", (MOMENT_UNITS[0] * ratio + MOMENT_UNITS[1]) * ROUNDOFF, |error| 0.1 * error)
+            (MOMENT_UNITS[0] * ratio + MOMENT_UNITS[1]) * ROUNDOFF
         }
     }
 

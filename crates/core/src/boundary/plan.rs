@@ -71,7 +71,7 @@ impl Plan {
         let power = normalising_power(farthest);
         let surely = least_sure_height(farthest);
         let height = polygon.normal().dot(x - vertices[0]);
-        let in_front = height > mutant!("plan.half-slab", surely + polygon.half_slab(), |_| surely) && polygon.is_well_known();
+        let in_front = height > surely + polygon.half_slab() && polygon.is_well_known();
         let on_surface = if in_front {
             false
         } else {
@@ -108,11 +108,7 @@ impl Plan {
 /// Three products of rounded factors and two sums, of components below 2 and below `farthest`: within 24 u of it.
 #[inline]
 pub(crate) fn least_sure_height(farthest: f64) -> f64 {
-    if WITHOUT_UNDERFLOW.contains(&farthest) {
-        mutant!("plan.least-sure-height", 32.0 * ROUNDOFF * farthest, |least| 1e-3 * least)
-    } else {
-        f64::INFINITY
-    }
+    if WITHOUT_UNDERFLOW.contains(&farthest) { 32.0 * ROUNDOFF * farthest } else { f64::INFINITY }
 }
 
 /// Where products of a distance with a component of a normal keep an absolute error below a roundoff of the distance.
@@ -149,8 +145,7 @@ pub(crate) fn side_of(point: DVec3, polygon: &Polygon, power: f64) -> Side {
 /// Front above all vertices of the polygon, back below them; of vertices exactly in one plane its side, exactly. `None` in
 /// between.
 fn side_of_vertices(point: DVec3, polygon: &Polygon, power: f64) -> Option<Side> {
-    let sure =
-        sure_side(point, polygon, power, mutant!("plan.side-of-vertices", polygon.half_slab() * power, |least| 1e-3 * least));
+    let sure = sure_side(point, polygon, power, polygon.half_slab() * power);
     if polygon.half_slab() == 0.0 { sure.or_else(|| Some(exact_side(point, polygon))) } else { sure }
 }
 
@@ -160,10 +155,7 @@ pub(crate) fn sure_side(point: DVec3, polygon: &Polygon, power: f64, least: f64)
     let height = -polygon.normal().dot(r);
     let reach = r.x.abs() + r.y.abs() + r.z.abs();
     // Three products and two sums of rounded factors: 6 roundings of at most the reach. Nearer than that products underflow.
-    if polygon.is_well_known()
-        && reach >= WITHOUT_UNDERFLOW.start
-        && height.abs() > mutant!("plan.sure-side", 16.0 * ROUNDOFF * reach + least, |least| 1e-3 * least)
-    {
+    if polygon.is_well_known() && reach >= WITHOUT_UNDERFLOW.start && height.abs() > 16.0 * ROUNDOFF * reach + least {
         return Some(Side::of(height));
     }
     let (height, error) = precise_height(point, polygon, power);
@@ -177,14 +169,7 @@ pub(crate) fn precise_height(point: DVec3, polygon: &Polygon, power: f64) -> (Do
     let height = -polygon.precise_normal().dot(r);
     let length = r.x.hi.abs() + r.y.hi.abs() + r.z.hi.abs();
     // Underflow loses up to the smallest normal number.
-    (
-        height,
-        mutant!(
-            "plan.precise-height",
-            length * (polygon.normal_error() + 8.0 * ROUNDOFF_OF_DOUBLE_DOUBLE) + f64::MIN_POSITIVE,
-            |error| 1e-3 * error
-        ),
-    )
+    (height, length * (polygon.normal_error() + 8.0 * ROUNDOFF_OF_DOUBLE_DOUBLE) + f64::MIN_POSITIVE)
 }
 
 /// The same to the digits of the scalar.
@@ -199,7 +184,7 @@ pub(crate) fn height_over_plane<T: Real>(point: DVec3, polygon: &Polygon, power:
 /// The sign of a 4 x 4 determinant, by adaptive exact arithmetic.
 fn exact_side(point: DVec3, polygon: &Polygon) -> Side {
     let [a, b, c] = polygon.plane_vertices();
-    Side::of(mutant!("plan.exact-side", -orientation([a, b, c, point]), |height: f64| -height))
+    Side::of(-orientation([a, b, c, point]))
 }
 
 #[inline]
@@ -210,16 +195,8 @@ fn is_above(receiver: &Receiver, vertex: DVec3, power: f64) -> bool {
     let height = products.x + products.y + products.z;
     // Of a product two roundings, of the sums two; the fifth pays for second order. Below the normal range three products of
     // factors up to 2 lose less than the smallest normal number.
-    let bound = mutant!(
-        "plan.is-above",
-        5.0 * ROUNDOFF * (products.x.abs() + products.y.abs() + products.z.abs()) + f64::MIN_POSITIVE,
-        |bound| 1e-3 * bound
-    );
-    if height.abs() > bound {
-        height > 0.0
-    } else {
-        mutant!("plan.exact-height", exact_height_over_horizon(receiver, vertex, power).hi, |_| height) > 0.0
-    }
+    let bound = 5.0 * ROUNDOFF * (products.x.abs() + products.y.abs() + products.z.abs()) + f64::MIN_POSITIVE;
+    if height.abs() > bound { height > 0.0 } else { exact_height_over_horizon(receiver, vertex, power).hi > 0.0 }
 }
 
 fn exact_height_over_horizon(receiver: &Receiver, vertex: DVec3, power: f64) -> DoubleDouble {

@@ -97,10 +97,7 @@ impl Moved {
     /// Of a point at one over a distance.
     #[inline(always)]
     fn at(inverse: f64) -> Self {
-        Self {
-            xi: mutant!("constant-bound.along-the-edge", ROUNDOFF * (4.1 + 13.9 * inverse), |xi| 0.1 * xi),
-            eta: mutant!("constant-bound.across-the-edge", ROUNDOFF * (3.0 + 10.4 * inverse), |eta| 0.1 * eta),
-        }
+        Self { xi: ROUNDOFF * (4.1 + 13.9 * inverse), eta: ROUNDOFF * (3.0 + 10.4 * inverse) }
     }
 }
 
@@ -111,20 +108,13 @@ pub(super) fn of_horizon(arc: &Arc<f64>) -> (f64, f64) {
     let (q, p) = (arc.start.inverse, arc.end.inverse);
     let (first, last) = (Moved::at(q), Moved::at(p));
     let g = arc.angle.abs();
-    let dg =
-        mutant!("constant-bound.horizon-angle", first.eta + last.eta + 3.5 * U + 9.0 * U * g.min(1.0) + 4.0 * U * g, |dg| 0.1
-            * dg);
+    let dg = first.eta + last.eta + 3.5 * U + 9.0 * U * g.min(1.0) + 4.0 * U * g;
     if first.xi.max(last.xi) > MOST_DISPLACED || g + dg * SECOND_ORDER >= std::f64::consts::PI {
         return (f64::INFINITY, f64::INFINITY);
     }
-    let light =
-        mutant!("constant-bound.horizon-light", first.xi * first.xi * first.xi + last.xi * last.xi * last.xi, |light| 0.0
-            * light);
+    let light = first.xi * first.xi * first.xi + last.xi * last.xi * last.xi;
     // The term's `|n1.N|` is 1.
-    (
-        dg + 5.5 * U * g + light,
-        mutant!("constant-bound.horizon-slope", 0.5 * (first.xi * first.xi * q + last.xi * last.xi * p), |slope| 0.1 * slope),
-    )
+    (dg + 5.5 * U * g + light, 0.5 * (first.xi * first.xi * q + last.xi * last.xi * p))
 }
 
 impl BoundedSum {
@@ -159,15 +149,10 @@ impl BoundedSum {
     /// From the errors of the terms and their sums: those of the angles are twice those of the irradiance.
     #[inline(always)]
     pub(super) fn new(terms: &IrradianceAndGradient<f64>, angles: f64, edges: f64) -> Self {
-        let products = mutant!("constant-bound.products", 8.0 * ROUNDOFF, |products| 0.1 * products);
+        let products = 8.0 * ROUNDOFF;
         Self {
-            irradiance: mutant!(
-                "constant-bound.irradiance",
-                SECOND_ORDER * (0.5 * angles + products * terms.irradiance.norm()),
-                |bound| 0.1 * bound
-            ),
-            gradient: mutant!("constant-bound.gradient", SECOND_ORDER * (edges + products * terms.gradient.norm()), |bound| 0.1
-                * bound),
+            irradiance: SECOND_ORDER * (0.5 * angles + products * terms.irradiance.norm()),
+            gradient: SECOND_ORDER * (edges + products * terms.gradient.norm()),
         }
     }
 }
@@ -288,13 +273,8 @@ impl<T: Figure> AngleError<T> {
     pub(super) fn new(g: T, least: T, ew: T, eta: Option<T>) -> Self {
         const U: f64 = ROUNDOFF;
         let fraction = if eta.is_some() { units::FRACTION * U } else { 0.0 };
-        let dg = mutant!(
-            "constant-bound.angle",
-            with_product(least * (ew + (units::ANGLE * U + fraction)) + g * (units::ARC_TANGENT * U), eta, 2.0, least),
-            |dg| dg * 0.1
-        );
-        let ds =
-            mutant!("constant-bound.sine", with_product(g * (ew + (units::SINE * U + fraction)), eta, 2.0, g), |ds| ds * 0.1);
+        let dg = with_product(least * (ew + (units::ANGLE * U + fraction)) + g * (units::ARC_TANGENT * U), eta, 2.0, least);
+        let ds = with_product(g * (ew + (units::SINE * U + fraction)), eta, 2.0, g);
         Self { g, dg, ds, ew, eta }
     }
 
@@ -302,11 +282,7 @@ impl<T: Figure> AngleError<T> {
     #[inline(always)]
     pub(super) fn of_term(&self, facing: T) -> T {
         const U: f64 = ROUNDOFF;
-        mutant!(
-            "constant-bound.term",
-            facing * (self.dg + self.g * (units::INVERSE_MOMENT * U)) + self.g * (self.ew + units::PRODUCTS * U),
-            |error| error * 0.1
-        )
+        facing * (self.dg + self.g * (units::INVERSE_MOMENT * U)) + self.g * (self.ew + units::PRODUCTS * U)
     }
 
     /// A bound on the size of the weight, and the error of its product with N along N.
@@ -316,20 +292,12 @@ impl<T: Figure> AngleError<T> {
         let Self { g, dg, ds, eta, .. } = *self;
         let Weighed { near, sum, turn, cosines, least } = *weighed;
         let quarter = turn * 0.25;
-        let dc = mutant!(
-            "constant-bound.cosines",
-            with_displacement(cosines * (units::COSINES[1] * U) + units::COSINES[0] * U, eta, 4.0),
-            |dc| dc * 0.1
-        );
+        let dc = with_displacement(cosines * (units::COSINES[1] * U) + units::COSINES[0] * U, eta, 4.0);
         let of_cosines = with_product(cosines * (units::CHI_TERM * U) + dc, eta, 5.0, cosines);
-        let first = mutant!("constant-bound.chi", quarter * (cosines * (dg + ds) + sum * of_cosines), |first| first * 0.1);
-        let second = mutant!(
-            "constant-bound.psi",
-            g * with_product(dg * SLOPE_OF_PSI + g * (PSI_TERM * U) + dc * LARGEST_PSI, eta, LARGEST_PSI, g),
-            |second| second * 0.1
-        );
+        let first = quarter * (cosines * (dg + ds) + sum * of_cosines);
+        let second = g * with_product(dg * SLOPE_OF_PSI + g * (PSI_TERM * U) + dc * LARGEST_PSI, eta, LARGEST_PSI, g);
         let size = near * (quarter * sum * cosines + g * least * LARGEST_PSI);
-        (size, near * (first + second) + mutant!("constant-bound.weight-size", size * (units::WEIGHT * U), |error| error * 0.1))
+        (size, near * (first + second) + size * (units::WEIGHT * U))
     }
 
     /// The same past a quarter turn, from one over the distance of the line.
@@ -338,9 +306,9 @@ impl<T: Figure> AngleError<T> {
         const U: f64 = ROUNDOFF;
         let Self { g, dg, ds, ew, eta } = *self;
         let en = ew + 5.0 * U;
-        let db = mutant!("constant-bound.bisector", with_displacement(en * 2.0 + 54.0 * U, eta, 2.0) * 0.71, |db| db * 0.1);
+        let db = with_displacement(en * 2.0 + 54.0 * U, eta, 2.0) * 0.71;
         let column = dg * 0.5 + ds + g * db * 2.0 + g * (28.0 * U);
-        (g * nearness, mutant!("constant-bound.wide", (column + g * (en * 2.0 + 32.0 * U)) * nearness, |error| error * 0.1))
+        (g * nearness, (column + g * (en * 2.0 + 32.0 * U)) * nearness)
     }
 }
 

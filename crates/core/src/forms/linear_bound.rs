@@ -224,9 +224,9 @@ impl Errors {
         let defect = polygon.planarity_defect() * power;
         let reach = to_first.x.abs() + to_first.y.abs() + to_first.z.abs();
         let unknown = reach * (polygon.normal_error() + 8.0 * ROUNDOFF_OF_DOUBLE_DOUBLE) + defect;
-        let height = mutant!("linear-bound.height", seen.height + unknown * (1.0 / unit), |error| 0.1 * error);
+        let height = seen.height + unknown * (1.0 / unit);
         let lost = (2.0 * steepness * defect + emission.residual) * (1.0 / unit);
-        let beta = mutant!("linear-bound.beta", 5.0 * steepness * to_first.norm() + seen.beta.abs() + lost, |error| 0.1 * error);
+        let beta = 5.0 * steepness * to_first.norm() + seen.beta.abs() + lost;
         let gradient = 2.0 * emission.gradient_error() / power;
         let is_known = polygon.normal_error() <= negligible
             && gradient <= negligible * steepness
@@ -279,9 +279,7 @@ impl Errors {
         self.first = plus_first(self.first, only(simd, visible, Vec3::new(angles, slopes, x1)), count);
         let flux = added.contour.flux.abs();
         let (facing, of_flux) = (n1.dot(added.contour.outward).abs(), self.flux((ew, moved), [g, turned], added));
-        let contour =
-            mutant!("linear-bound.contour", facing * (of_flux + flux * 4.5) + flux * (self.additions + 8.5), |contour| contour
-                * 0.1);
+        let contour = facing * (of_flux + flux * 4.5) + flux * (self.additions + 8.5);
         let mut edges = self.edges((ew, moved), [g, dg, ds], (arc, added));
         if WIDE && !narrow.all_true() {
             let beta = f64x4::splat(simd, sum.seen.beta.abs());
@@ -324,19 +322,11 @@ impl Errors {
             #[inline(always)]
             |moved| both(simd, [moved, moved]),
         );
-        let of_phi = mutant!(
-            "linear-bound.phi",
-            with_product(s * (d * 16.0 + distance * (w + 5.0)) + d * r * 6.0, moved, 1.0, d * r) / foot_square,
-            |error| error * 0.1
-        );
-        let of_psi = mutant!("linear-bound.psi", with_displacement(psi * (w + 15.5) + 6.0, moved, 1.0), |error| error * 0.1);
-        let of_logarithm = mutant!(
-            "linear-bound.logarithm",
-            with_displacement(logarithm * 8.0 + (3.5 + self.height / height), moved, 1.0),
-            |error| error * 0.1
-        );
+        let of_phi = with_product(s * (d * 16.0 + distance * (w + 5.0)) + d * r * 6.0, moved, 1.0, d * r) / foot_square;
+        let of_psi = with_displacement(psi * (w + 15.5) + 6.0, moved, 1.0);
+        let of_logarithm = with_displacement(logarithm * 8.0 + (3.5 + self.height / height), moved, 1.0);
         let far = (s * s - d * distance) / foot_square * (w * PAST_BY_MOMENT + PAST_BY_DISTANCE) + (PAST + PAST_BY_RAY);
-        let past = mutant!("linear-bound.past-a-right-angle", with_displacement(far, moved, PAST_BY_END), |error| error * 0.1);
+        let past = with_displacement(far, moved, PAST_BY_END);
         let of_end = of_x1_end(
             &x1.ends,
             logarithm,
@@ -347,10 +337,7 @@ impl Errors {
         let (start, end) = simd.split_f64x8(of_end);
         let (d, distance) = (simd.split_f64x8(d).0, simd.split_f64x8(distance).0);
         let of_d = distance * (ew + 5.0) + d * 11.5;
-        let either = (of_d * (2.0 * self.unit)).simd_ge(d).select(
-            mutant!("linear-bound.either-sign", of_d * (OF_EITHER_SIDE / height), |error| error * 0.1),
-            f64x4::splat(simd, 0.0),
-        );
+        let either = (of_d * (2.0 * self.unit)).simd_ge(d).select(of_d * (OF_EITHER_SIDE / height), f64x4::splat(simd, 0.0));
         Some(start + end + x1.quotient.abs() * OF_QUOTIENT + x1.term.abs() * self.additions + either)
     }
 
@@ -369,16 +356,8 @@ impl Errors {
         let of_chi = with_product(cosines * CHI_TERM, moved, 4.0, cosines);
         let (sum, turn) = arc.angle_and_sine();
         let turn = turn * 0.25;
-        let first = mutant!(
-            "linear-bound.chi",
-            turn * (size * cosines * (dg + ds) + sum * (cosines * of_emission + size * (of_chi + of_cosines))),
-            |first| first * 0.1
-        );
-        let second = mutant!(
-            "linear-bound.edge-psi",
-            g * (size * dg * 0.11 + (g * (of_emission + size * PSI_TERM) + size * of_cosines) * 0.091),
-            |second| second * 0.1
-        );
+        let first = turn * (size * cosines * (dg + ds) + sum * (cosines * of_emission + size * (of_chi + of_cosines)));
+        let second = g * (size * dg * 0.11 + (g * (of_emission + size * PSI_TERM) + size * of_cosines) * 0.091);
         let weight = size * (turn * sum * cosines + g * g.min(cosines) * 0.091);
         first + second + weight * (ew + (WEIGHT + self.additions))
     }
@@ -461,22 +440,15 @@ impl Errors {
         let of_slope = 0.5 * self.first.y + 5.0 * steepness * size;
         let partial = 0.5 * (steepness * sum.x1.abs() + self.second.z) + slope;
         let of_x1 = seen.gradient.dot(seen.n1).abs() * self.first.z;
-        let of_q = mutant!(
-            "linear-bound.q",
-            0.5 * (of_x1 + self.second.x) + seen.n1.dot(seen.n2).abs() * of_slope + 9.0 * partial,
-            |error| 0.1 * error
-        );
+        let of_q = 0.5 * (of_x1 + self.second.x) + seen.n1.dot(seen.n2).abs() * of_slope + 9.0 * partial;
         let (beta, height) = (seen.beta.abs(), seen.height);
         let radiosity = beta * of_phi + facing * self.beta + height * of_q + self.height * across;
         let products = 4.0 * (beta * size + height * partial) + 3.0 * terms.irradiance.dot(seen.n1).abs();
-        let in_plane = mutant!("linear-bound.in-plane", steepness * of_phi, |error| 0.1 * error);
+        let in_plane = steepness * of_phi;
         let gradient = (in_plane * in_plane + of_q * of_q).sqrt() + self.second.y;
         let sums = 5.0 * (steepness * facing + across) + 4.0 * terms.gradient.norm();
         let units = SECOND_ORDER * self.unit;
-        LinearBound {
-            radiosity: mutant!("linear-bound.radiosity", units * (radiosity + products), |bound| 0.1 * bound),
-            gradient: mutant!("linear-bound.gradient", units * (gradient + sums), |bound| 0.1 * bound),
-        }
+        LinearBound { radiosity: units * (radiosity + products), gradient: units * (gradient + sums) }
     }
 }
 
@@ -518,11 +490,8 @@ fn of_x1_end<T: radgrad_numbers::arithmetic::Doubles>(
     let (zero, four, product) = (s.like(0.0), s.like(4.0), phi * psi);
     let (by_phi, by_psi) = (logarithm + product.min(s.like(1.0)), product.min(s.like(0.5)));
     let ([along_phi, along_psi], half_cotangent) = derivatives(end, logarithm, distances, inverse_height);
-    let together = mutant!(
-        "linear-bound.end-together",
-        along_phi * of_phi + along_psi * of_psi + by_psi * (psi * four) + T::choose(beyond, s.like(PAST_ROUNDED), zero),
-        |error| error * s.like(0.1)
-    );
+    let together =
+        along_phi * of_phi + along_psi * of_psi + by_psi * (psi * four) + T::choose(beyond, s.like(PAST_ROUNDED), zero);
     let apart = by_phi * of_phi + by_psi * of_psi + T::choose(beyond, past, zero);
     let least = T::choose(s.exceeds(distance * s.like(LEAST_ALONG)), together.min(apart), apart);
     let of_end = T::choose(half_cotangent.exceeds(s.like(FAR_PAST / 2.0)), apart, least);

@@ -52,11 +52,7 @@ impl<'a> Scene<'a> {
         let (height, height_error) = certain_height(receiver, polygon, plan.power);
         let is_clipped = plan.horizon == Horizon::Crossing;
         let source = Source::new(emitter, is_clipped);
-        let input_error = mutant!(
-            "gauss.input-error",
-            8.0 * polygon.planarity_defect() * plan.power / height + height_error / height + source.input_error,
-            |error| 0.01 * error
-        );
+        let input_error = 8.0 * polygon.planarity_defect() * plan.power / height + height_error / height + source.input_error;
         Self {
             n1: unit_normal(receiver),
             n2: polygon.normal().into(),

@@ -80,11 +80,7 @@ impl<'a> Source<'a> {
             // Coordinates of nodes err by 40 roundings of the largest, or 60 beside a crossing of the horizon, each factor of a
             // monomial by as much; Horner's rule adds four a degree.
             let factor = if is_clipped { 64 } else { 44 };
-            let rounding = mutant!(
-                "gauss.polynomial-rounding",
-                (2 + factor * plane.degree()) as f64 * ROUNDOFF + plane.uncertainty() / plane.largest(),
-                |rounding| 0.01 * rounding
-            );
+            let rounding = (2 + factor * plane.degree()) as f64 * ROUNDOFF + plane.uncertainty() / plane.largest();
             let input_error = 2.0 * plane.steepest() * emitter.polygon().planarity_defect() / plane.largest();
             let largest = plane.largest() * emitter.power();
             return Self {
@@ -114,9 +110,7 @@ impl<'a> Source<'a> {
         match self.kind {
             Kind::Constant => 1.0,
             Kind::Linear => stretch,
-            Kind::Polynomial(plane) => {
-                mutant!("gauss.growth", (0..plane.degree()).fold(1.01, |growth, _| growth * ratio), |_| 1.01)
-            }
+            Kind::Polynomial(plane) => (0..plane.degree()).fold(1.01, |growth, _| growth * ratio),
         }
     }
 

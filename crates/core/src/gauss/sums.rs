@@ -128,8 +128,7 @@ impl<S: Simd> NodeSums<f64x8<S>> {
         for panel in 0..grid.panels {
             let shift = f64x8::splat(simd, panel as f64);
             for (nodes, weights) in rule.nodes.chunks_exact(rules::LANES).zip(rule.weights.chunks_exact(rules::LANES)) {
-                let b = mutant!("gauss.nodes-in-rows", (f64x8::from_slice(simd, nodes) + shift) * width, |b: f64x8<S>| b
-                    * f64x8::splat(simd, 1.0 + 1e-11));
+                let b = (f64x8::from_slice(simd, nodes) + shift) * width;
                 let rest = one - b;
                 let (weight, facing) = (f64x8::from_slice(simd, weights) * row.weight, between(row.facing, b, rest));
                 sums.add(&Self::at(simd, row.start + row.step * b, weight, emission(b, rest), facing));
@@ -154,8 +153,7 @@ impl Scene<'_> {
     pub(super) fn integral(&self, triangle: &Triangle<'_>) -> Integral {
         let Self { n1, n2, height, .. } = *self;
         let total = in_library!(*INSTRUCTION_SET, simd => triangle.sums(simd));
-        let gradient = n2 * total.projected - n1 * (height * total.plain)
-            + total.pulled * (mutant!("gauss.pulled-sign", 4.0 * height, |factor: f64| -factor));
+        let gradient = n2 * total.projected - n1 * (height * total.plain) + total.pulled * (4.0 * height);
         let error = triangle.error(self, &total);
         let Shape { twice_area, twice_area_error, .. } = *triangle.shape;
         // A relative error of the area is one of the whole.
@@ -237,8 +235,7 @@ impl Triangle<'_> {
             let mut group = NodeSums::zero(simd);
             for nodes in sets {
                 let barycentric = nodes.barycentric.map(|row| f64x8::load_array(simd, row));
-                let along = mutant!("gauss.nodes-of-squares", f64x8::load_array(simd, nodes.along), |a: f64x8<S>| a
-                    * f64x8::splat(simd, 1.0 + 1e-11));
+                let along = f64x8::load_array(simd, nodes.along);
                 let weight = f64x8::load_array(simd, nodes.weights);
                 let r = apex + first * along + side * barycentric[2];
                 let (emission, facing) = (emission(barycentric, along), interpolated(facing, barycentric));
@@ -302,11 +299,7 @@ impl Triangle<'_> {
         let SeenTriangle { distances, most_facing, facing_error, is_bright, .. } = *self.seen;
         let apex = if is_clipped { 2.0 } else { 1.0 };
         let node = if self.rule.grid.iter().all(|grid| grid.panels == 1) { 1.0 } else { 2.0 };
-        let displaced = mutant!(
-            "gauss.displaced",
-            U * (apex * distances[0] + farthest + (1.0 + node) * leg + (2.0 + node) * base) + sides_error,
-            |displaced| 0.1 * displaced
-        );
+        let displaced = U * (apex * distances[0] + farthest + (1.0 + node) * leg + (2.0 + node) * base) + sides_error;
         let sum = self.additions() as f64 * U;
         let steep = (most_facing / nearest).min(1.0);
         // Sums of sizes, the same over r and over r^2, and the error of the emission.
@@ -324,9 +317,7 @@ impl Triangle<'_> {
         let pulled = plain[0].min(projected[1]);
         let inverted = if is_bright { sums.projected_over_square } else { pulled / nearest };
         // The errors that the three sums of a node have in common; the second and third have more.
-        let common = |[size, over_distance]: [f64; 2]| {
-            mutant!("gauss.common", 4.0 * displaced * over_distance + size * (27.0 * U + sum), |error| 0.1 * error)
-        };
+        let common = |[size, over_distance]: [f64; 2]| 4.0 * displaced * over_distance + size * (27.0 * U + sum);
         let facing = facing_error + 2.0 * node * U * most_facing;
         let plain_error = common(plain) + emission;
         let projected_error = common(projected) + 7.0 * U * projected[0] + emission * most_facing + plain[0] * facing;
@@ -336,17 +327,8 @@ impl Triangle<'_> {
         let near = nearest * nearest;
         let misplaced = misplaced_area / (near * near) * source.largest;
         RuleBound {
-            value: mutant!(
-                "gauss.value-rounding",
-                height * (area * (projected_error + (2.0 * U + input_error) * projected[0]) + misplaced * most_facing),
-                |error| 0.1 * error
-            ),
-            gradient: area
-                * (mutant!(
-                    "gauss.gradient-rounding",
-                    projected_error + height * (plain_error + 4.0 * pulled_error),
-                    |error| 0.1 * error
-                ))
+            value: height * (area * (projected_error + (2.0 * U + input_error) * projected[0]) + misplaced * most_facing),
+            gradient: area * (projected_error + height * (plain_error + 4.0 * pulled_error))
                 + area * U * (5.0 * projected[0] + height * (6.0 * plain[0] + 12.0 * pulled))
                 + area * input_error * (projected[0] + height * (plain[0] + 4.0 * pulled))
                 + misplaced * (most_facing + height * (1.0 + 4.0 * steep)),

@@ -174,7 +174,7 @@ impl Scene<'_> {
         let sides = [b.local - a.local, c.local - a.local, c.local - b.local];
         // Two local offsets and their difference; a share of it is the displacement of crossings as seen from the receiver.
         let mut shape = Shape::new(sides, sides.map(Vec3::norm), self.n2, 60.0 * ROUNDOFF * spread);
-        shape.misplaced_area = mutant!("gauss.misplaced", 70.0 * ROUNDOFF * spread * largest(shape.lengths), |area| 0.01 * area);
+        shape.misplaced_area = 70.0 * ROUNDOFF * spread * largest(shape.lengths);
         let middle = (a.seen + b.seen + c.seen) * (1.0 / 3.0);
         let centroid = middle.norm() * (1.0 - 32.0 * ROUNDOFF);
         let facing = [a.facing, b.facing, c.facing];
@@ -211,15 +211,12 @@ impl Scene<'_> {
         let facing = larger((p + q + r) * nearness * (1.0 / 3.0), 1e-9);
         let typical = 0.5 * area * self.source.largest * self.height * (nearness * nearness * nearness);
         let share = if seen.is_bright { self.enough } else { FULL_PRECISION };
-        let enough = RuleBound {
-            value: mutant!("gauss.enough", share * typical * facing, |_| 1e-9 * typical * facing),
-            gradient: share * typical * nearness,
-        };
+        let enough = RuleBound { value: share * typical * facing, gradient: share * typical * nearness };
         let bounds = Reach { clear, farthest, most_facing: seen.most_facing, area, enough };
         // The Jacobian a is at most 1 + (A - 1)/2p in its own variable on p panels, and 1/2 on average in the other.
         let of_own = |overhang| 1.0 + overhang;
         let (grid, truncation) = match self.nodes(&bounds, 0.5 * larger(leg, base), |stretch| of_own(0.5 * (stretch - 1.0))) {
-            Some((count, bound)) if count <= FEW && mutant!("gauss.degree", self.source.degree() <= 2 * count, |_| true) => {
+            Some((count, bound)) if count <= FEW && self.source.degree() <= 2 * count => {
                 ([Grid { panels: 1, count }; 2], bound + bound + bound)
             }
             _ => {
@@ -260,11 +257,7 @@ impl Scene<'_> {
         let tau = SHARE * larger(height, 0.5 * reach.clear) / half;
         let stretch = (tau * tau + 1.0).sqrt();
         let ratio = stretch + tau;
-        let distance = mutant!(
-            "gauss.distance",
-            larger(height, reach.clear - (stretch - 1.0) * half) * (1.0 - 8.0 * ROUNDOFF),
-            |distance| 2.0 * distance
-        );
+        let distance = larger(height, reach.clear - (stretch - 1.0) * half) * (1.0 - 8.0 * ROUNDOFF);
         let q = distance * distance - tau * tau * half * half;
         if q <= 0.0 || q.is_nan() {
             return None;
@@ -272,13 +265,9 @@ impl Scene<'_> {
         let grown = (ratio - 1.0) * half;
         let (far, facing) = (reach.farthest + grown, reach.most_facing + grown);
         let emission = source.largest * source.growth(stretch, ratio);
-        let shrink = mutant!("gauss.ellipse", 1.0 / (ratio * ratio), |shrink: f64| shrink * shrink);
+        let shrink = 1.0 / (ratio * ratio);
         // Small and large factors first: far away one of them alone times the area might underflow.
-        let common = mutant!(
-            "gauss.truncation",
-            8.0 / 3.0 * 1.01 * (shrink * jacobian(stretch) * emission) * reach.area / (q * q * (1.0 - shrink)),
-            |bound| 1e-4 * bound
-        );
+        let common = 8.0 / 3.0 * 1.01 * (shrink * jacobian(stretch) * emission) * reach.area / (q * q * (1.0 - shrink));
         let mut bound =
             RuleBound { value: common * height * facing, gradient: common * (facing + height + 4.0 * height * facing * far / q) };
         for count in 1..=rules::MOST {

@@ -58,7 +58,7 @@ impl CallerUnits {
         let is_rounded = |normalised: f64, scaled: f64| normalised != 0.0 && scaled.abs() < f64::MIN_POSITIVE;
         let any_rounded =
             is_rounded(error, bound) || normalised.iter().zip(&components).any(|(c, scaled)| is_rounded(*c, *scaled));
-        let bound = if any_rounded { mutant!("units.below-normal", (bound + 2.0 * SMALLEST).next_up(), |_| 0.0) } else { bound };
+        let bound = if any_rounded { (bound + 2.0 * SMALLEST).next_up() } else { bound };
         Ok((components, if bound.is_nan() { f64::INFINITY } else { bound }))
     }
 

@@ -196,8 +196,7 @@ impl Enclosed {
     fn to_decimals(&self, digits: u32, bits: usize, are_nothing: [bool; 2]) -> PreciseAnswer {
         // A unit of the last place is at most a tenth of the tolerance.
         let place = |size: Magnitude| size.decimal_exponent() - i64::from(digits) - 1;
-        let rounded =
-            |radius: Magnitude, last: i64| mutant!("digits.last-place", radius + Magnitude::power_of_ten(last), |_| radius);
+        let rounded = |radius: Magnitude, last: i64| radius + Magnitude::power_of_ten(last);
         let most = |components: &[Enclosure]| upper_decimal(norm(components.iter().map(|c| c.size() + c.radius)));
         let zero = || "0".to_owned();
         let (radiosity, radiosity_error) = if are_nothing[0] {

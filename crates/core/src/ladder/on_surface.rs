@@ -87,14 +87,8 @@ impl Case<'_> {
         let outline = self.seen(polygon);
         let distance = clear(&outline) - height;
         let is_outside = distance > 0.0 && !is_around(&outline, polygon.normal());
-        let strip = if is_outside {
-            mutant!("surface.strip", 2.0 * slant * height / distance, |strip| 0.01 * strip)
-        } else {
-            f64::INFINITY
-        };
-        let share =
-            mutant!("surface.share", receiver.reflectance() * (0.25 * turned * turned).min(strip).min(1.0) * UP, |share| 0.1
-                * share);
+        let strip = if is_outside { 2.0 * slant * height / distance } else { f64::INFINITY };
+        let share = receiver.reflectance() * (0.25 * turned * turned).min(strip).min(1.0) * UP;
         let [low, high] = self.range();
         let most = low.abs().max(high);
         let is_convex = polygon.is_convex();
@@ -108,8 +102,7 @@ impl Case<'_> {
             let all = occluders.iter().map(|occluder| self.seen(occluder)).chain([outline]);
             let edges: f64 = all.map(|outline| near_edges(&outline, height)).sum();
             let slope = emitter.steepest_emission() * emitter.power() / plan.power * self.slope(is_outside, distance);
-            mutant!("surface.gradient", receiver.reflectance() * FRAC_1_PI * slant * (most * edges + slope) * UP, |error| 1e-3
-                * error)
+            receiver.reflectance() * FRAC_1_PI * slant * (most * edges + slope) * UP
         } else {
             f64::INFINITY
         };

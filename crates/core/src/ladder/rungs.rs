@@ -106,8 +106,7 @@ impl Found {
     /// Whether all is finite and both bounds are within `tolerance`, relative.
     #[inline(always)]
     fn meets(&self, tolerance: f64) -> bool {
-        self.radiosity_error <= mutant!("ladder.meets", tolerance, |tolerance| 10.0 * tolerance) * self.radiosity.abs()
-            && self.gradient_error <= tolerance * self.gradient.length()
+        self.radiosity_error <= tolerance * self.radiosity.abs() && self.gradient_error <= tolerance * self.gradient.length()
     }
 
     /// Results in double-double rounded to doubles, given bounds on their errors before.
@@ -198,8 +197,7 @@ impl Case<'_> {
         }
         let climb = self.climb::<_, true>(tolerance, |found, method| {
             // Where little but the rounding to doubles is left nothing dearer gives more.
-            let least =
-                if method == Method::DoubleDouble { mutant!("ladder.half-an-ulp", 1.01 * ROUNDOFF, |_| 1e-9) } else { 0.0 };
+            let least = if method == Method::DoubleDouble { 1.01 * ROUNDOFF } else { 0.0 };
             self.accepted(found, method, tolerance.max(least))
         })?;
         let by_rule = || self.by_quadrature(MOST_NODES, FULL_PRECISION);
@@ -252,7 +250,7 @@ impl Case<'_> {
             tried.set(true);
             accepted(&found, Method::Quadrature)
         };
-        if self.is_within(mutant!("ladder.wide", budget.wide, |_| 1e300))
+        if self.is_within(budget.wide)
             && let Some(answer) = by_rule(budget.cheap, FULL_PRECISION)?
         {
             return Ok(Climb::Met(answer));
@@ -358,7 +356,7 @@ impl Case<'_> {
                 let (terms, bound) = BoundedSum::of(receiver, emitter.polygon(), plan);
                 Some(self.of_unit_emission(&terms, bound))
             }
-            Emission::Linear(_) if mutant!("ladder.linear-seen-whole", plan.horizon == Horizon::Above, |_| true) => {
+            Emission::Linear(_) if plan.horizon == Horizon::Above => {
                 edge_lanes::linear::bounded(receiver, emitter, plan.power).map(|(terms, bound)| self.of_linear(&terms, bound))
             }
             Emission::Linear(_) | Emission::Polynomial(_) => None,
@@ -431,7 +429,7 @@ impl Case<'_> {
         let Self { receiver, emitter, .. } = *self;
         let emission = emitter.affine().value;
         let terms = IrradianceAndGradient { irradiance: terms.irradiance * emission, gradient: terms.gradient * emission };
-        let share = mutant!("ladder.unit-emission", albedo::<f64>(receiver) * emission.abs(), |share| 0.1 * share);
+        let share = albedo::<f64>(receiver) * emission.abs();
         Found {
             radiosity: terms.radiosity(receiver),
             gradient: terms.gradient(receiver),
@@ -449,8 +447,7 @@ impl Case<'_> {
             return found;
         }
         let radius = gradient.map(Real::value_error);
-        let gradient_error =
-            mutant!("ladder.certified-gradient", radius.length() * (1.0 + 8.0 * f64::EPSILON), |error| 0.1 * error);
+        let gradient_error = radius.length() * (1.0 + 8.0 * f64::EPSILON);
         Found { gradient: gradient.map(Real::value), gradient_error, ..found }
     }
 

@@ -39,11 +39,7 @@ impl Enclosure {
     pub fn to_double(&self) -> (f64, Magnitude) {
         let (value, rest) = split_double(&self.mid);
         // Half an ulp rather than the actual rounding: whoever compares with a rounded truth must not find the bound broken.
-        let rounding = if rest == Magnitude::from(0.0) {
-            rest
-        } else {
-            mutant!("big.rounding-to-double", rest.max(Magnitude::from(ROUNDOFF * value.abs())), |rounding| rounding * 0.1)
-        };
+        let rounding = if rest == Magnitude::from(0.0) { rest } else { rest.max(Magnitude::from(ROUNDOFF * value.abs())) };
         (value, (self.radius + rounding) * (1.0 + f64::EPSILON))
     }
 }
@@ -140,7 +136,7 @@ fn refined_within<R>(
 
 /// The relative error that rounding to doubles leaves nothing of, or a quarter of the tolerance where that is larger.
 pub fn enough_for_doubles(tolerance: f64) -> Magnitude {
-    Magnitude::from(mutant!("big.enough", (0.25 * tolerance).max(ROUNDOFF / 64.0), |_| 1e-9))
+    Magnitude::from((0.25 * tolerance).max(ROUNDOFF / 64.0))
 }
 
 /// Bits to try for a result in doubles: their coordinates span 2100 binary places, and a height may cancel twice that.

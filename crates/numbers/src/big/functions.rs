@@ -44,9 +44,7 @@ impl Steps {
     /// `sum sign^k z^(2k+1) / (2k + 1)`, |z| at most 1/128: as many terms as leave less than 2^-bits of it.
     fn odd_series(&mut self, z: &BigFloat, sign: f64, bits: usize) -> BigFloat {
         let square = z.mul(z, bits, NEAREST);
-        let terms =
-            mutant!("big.odd-series", first_integer_above(bits as f64 / -Magnitude::of(&square).log2()).max(1), |terms| terms
-                .div_ceil(3));
+        let terms = first_integer_above(bits as f64 / -Magnitude::of(&square).log2()).max(1);
         while self.reciprocals.len() < terms {
             let next = BigFloat::from_word(1, 64).div(&integer(2 * self.reciprocals.len() + 1), bits, NEAREST);
             self.reciprocals.push(next);

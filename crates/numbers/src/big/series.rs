@@ -54,7 +54,7 @@ impl Coefficients {
         /// `2 log2 (4/3)`.
         const LEAST: f64 = 0.830_074_998_557_687;
         let ratio = (LOG_SQUARE - Magnitude::of(square).log2()).max(LEAST);
-        let terms = mutant!("big.clausen-terms", first_integer_above(self.bits as f64 / ratio) + 3, |terms| terms / 3);
+        let terms = first_integer_above(self.bits as f64 / ratio) + 3;
         if self.clausen.len() < terms {
             self.clausen = clausen_coefficients(self.bits, terms.max(first_integer_above(0.5 * self.bits as f64) + 4));
         }
@@ -104,9 +104,7 @@ fn tangent_numbers(count: usize, bits: usize) -> Vec<BigFloat> {
     for k in 1..count {
         for j in k..count {
             let earlier = tangent[j - 1].mul(&integer(j - k), bits, NEAREST);
-            tangent[j] = tangent[j]
-                .mul(&mutant!("big.tangent-numbers", integer(j - k + 2), |_| integer(j - k + 1)), bits, NEAREST)
-                .add(&earlier, bits, NEAREST);
+            tangent[j] = tangent[j].mul(&integer(j - k + 2), bits, NEAREST).add(&earlier, bits, NEAREST);
         }
     }
     tangent

@@ -78,8 +78,7 @@ impl DoubleDouble {
         let one = Self::from(1.0);
         let z = (m - one).divided_by(m + one);
         // |z| <= 0.1716, z^2 <= 0.0295: the twenty-second term is below 2^-108, the twelfth below 2^-55.
-        z.scaled(2.0) * mutant!("double-double.logarithm-terms", odd_series(z * z, 1.0, 11, 10), |_| odd_series(z * z, 1.0, 5, 5))
-            + mutant!("double-double.ln-2", LN_2, |ln_2: Self| Self { lo: -ln_2.lo, ..ln_2 }) * Self::from(f64::from(exponent))
+        z.scaled(2.0) * odd_series(z * z, 1.0, 11, 10) + LN_2 * Self::from(f64::from(exponent))
     }
 
     /// Angle of the point `(x, self)`, in [-pi, pi]: reflected into the first octant, turned to within `pi/32` of the axis, and
@@ -97,13 +96,12 @@ impl DoubleDouble {
             .iter()
             .filter(|limit| ratio > **limit)
             .count();
-        let (cosine, sine) = ROTATIONS[mutant!("double-double.rotation", k, |k: usize| if k > 0 { k - 1 } else { k })];
+        let (cosine, sine) = ROTATIONS[k];
         let t = (across * cosine - along * sine).divided_by(along * cosine + across * sine);
         // t^2 <= 0.0098: the seventeenth term is below 2^-107, the ninth below 2^-53.
         let octant = PI_16 * Self::from(k as f64) + t * odd_series(t * t, -1.0, 8, 8);
         let quadrant = if swapped { PI.scaled(0.5) - octant } else { octant };
-        let half =
-            if x.hi < 0.0 { mutant!("double-double.pi", PI, |pi: Self| Self { lo: -pi.lo, ..pi }) - quadrant } else { quadrant };
+        let half = if x.hi < 0.0 { PI - quadrant } else { quadrant };
         if self.hi < 0.0 { -half } else { half }
     }
 

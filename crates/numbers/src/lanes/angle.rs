@@ -112,8 +112,7 @@ impl<S: Simd, F: Lane, const N: usize> Quotients<S, F, N> {
         let series = polynomials(simd, squares, polynomial);
         let mut angles = z;
         for k in 0..N {
-            let small = mutant!("batch.angle", z[k] + z[k] * (squares[k] * series[k]), |small: Lanes<S, F>| small
-                * constant(simd, 1.0 + 1e-6));
+            let small = z[k] + z[k] * (squares[k] * series[k]);
             angles[k] = shifted[k].select(Lanes::all(simd, half[1]), zero) + small;
         }
         // Several angles are mostly those of a polygon from afar, all below a half right angle. One alone is of an edge that the

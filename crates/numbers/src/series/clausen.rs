@@ -101,5 +101,5 @@ pub fn double_sum<T: Arithmetic>(z: T) -> T {
     let z4 = z2 * z2;
     let low = four_terms(&[c[1], c[2], c[3], c[4]], z, z2) + four_terms(&[c[5], c[6], c[7], c[8]], z, z2) * z4;
     let high = four_terms(&[c[9], c[10], c[11], c[12]], z, z2) + z.like(c[13]) * z4;
-    z.like(c[0]) + mutant!("series.clausen", z * (low + high * (z4 * z4)), |sum: T| sum * z.like(1.0 + 1e-11))
+    z.like(c[0]) + z * (low + high * (z4 * z4))
 }

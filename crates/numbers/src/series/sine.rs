@@ -55,7 +55,7 @@ pub const REST: [f64; 2] = [0.1, 0.06];
 #[inline(always)]
 pub fn double_sum<T: Arithmetic>(z: T) -> T {
     let [first, others @ ..] = &DOUBLE_SERIES;
-    (z.like(*first) + z * mutant!("series.sine", seven_terms(others, z), |sum: T| sum * z.like(1.0 + 1e-11))).known_to(REST[0])
+    (z.like(*first) + z * seven_terms(others, z)).known_to(REST[0])
 }
 
 /// `(g - sin g)/2`, by its Taylor series where the difference would cancel.
@@ -86,10 +86,7 @@ pub fn psi<T: Arithmetic>(angle: T, sin: T, cos: T, one_and_cos: T) -> T {
     let square = angle * angle;
     if T::IS_DOUBLE {
         let [first, others @ ..] = &PSI;
-        return angle
-            * (square.like(*first)
-                + square * mutant!("series.psi", nine_terms(others, square), |sum: T| sum * square.like(1.0 + 1e-11)))
-            .known_to(REST[1]);
+        return angle * (square.like(*first) + square * nine_terms(others, square)).known_to(REST[1]);
     }
     T::choose_of(
         angle.abs().exceeds(angle.like(1.0)),

@@ -13,8 +13,6 @@
 //! below its chord: the bracket is bounded below by a linear function. All in double precision, with the rounding taken off
 //! each bound.
 
-use radgrad_core::mutant;
-
 use crate::Error;
 use crate::enclosure::surface::{Jacobian, dot64};
 
@@ -129,7 +127,7 @@ impl Piece {
         let ends = [0, 1].map(|end| self.sums[end] - a * self.lengths[end]);
         let linear = ends[0].min(ends[1]) - SLACK * (self.sums[0].abs() + self.sums[1].abs());
         let apart = self.least * (1.0 - SLACK) - a * self.lengths[0].max(self.lengths[1]);
-        mutant!("oracle.gap", 0.5 * linear.max(apart), |gap| 2.0 * gap)
+        0.5 * linear.max(apart)
     }
 }
 
@@ -173,18 +171,14 @@ fn order(shape: &Shape, pieces: &[Piece], measure: f64, share: f64) -> Order {
         let a = 1.0 + fraction * (farthest - 1.0);
         let radius = (a + (a * a - 1.0).sqrt()) * (1.0 - SLACK);
         let largest = pieces.iter().map(|piece| largest(shape, piece, a)).fold(0.0, f64::max);
-        let scale = mutant!(
-            "oracle.truncation",
-            measure * largest * (64.0 / 15.0) / (1.0 - 1.0 / (radius * radius)) * (1.0 + SLACK),
-            |scale| 1e-3 * scale
-        );
+        let scale = measure * largest * (64.0 / 15.0) / (1.0 - 1.0 / (radius * radius)) * (1.0 + SLACK);
         let gain = libm::log(radius);
-        let more = (libm::log(scale / share) / (mutant!("oracle.ellipse", 2.0 * gain, |gain| 2.0 * gain))).ceil().max(0.0);
+        let more = (libm::log(scale / share) / (2.0 * gain)).ceil().max(0.0);
         // Not a number and infinity end here too.
         if more < 5000.0 {
             #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a small non-negative integer")]
             let count = 1 + more as usize;
-            let error = scale * libm::exp(mutant!("oracle.gain", -2.0 * gain, |gain| 2.0 * gain) * more) * (1.0 + 1e-9);
+            let error = scale * libm::exp((-2.0 * gain) * more) * (1.0 + 1e-9);
             if count < best.count || (count == best.count && error < best.error) {
                 best = Order { count, error, gain };
             }
@@ -213,8 +207,7 @@ fn largest(shape: &Shape, piece: &Piece, a: f64) -> f64 {
         Jacobian::Falling => at(piece.rest),
     };
     let square = gap * gap;
-    emission * mutant!("oracle.height", bilinear(piece.height), |height| 1e-3 * height) * jacobian / (square * square)
-        * (1.0 + SLACK)
+    emission * bilinear(piece.height) * jacobian / (square * square) * (1.0 + SLACK)
 }
 
 fn length(v: [f64; 3]) -> f64 {
@@ -350,8 +343,7 @@ impl Shape {
 
 /// A quarter next to the lower end, and the rest.
 fn parted([low, high]: [f64; 2]) -> [[f64; 2]; 2] {
-    let middle =
-        mutant!("oracle.lower-end", low + 0.25 * (high - low), |middle| if low == 0.0 { middle * (1.0 + 1e-9) } else { middle });
+    let middle = low + 0.25 * (high - low);
     [[low, middle], [middle, high]]
 }
 

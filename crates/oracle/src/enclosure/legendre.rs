@@ -9,8 +9,6 @@
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use radgrad_core::mutant;
-
 use crate::enclosure::arithmetic::Real;
 use crate::enclosure::astro::Astro;
 use crate::enclosure::ball::Ball;
@@ -95,7 +93,7 @@ fn node<W: Real>(count: usize, index: usize, bits: usize) -> (Ball<W>, Ball<W>) 
     let mut x = W::from_f64(start(count, index), bits);
     let mut correct = 40;
     while correct < bits {
-        x = mutant!("oracle.node", newton(count, &x, bits), |_| x);
+        x = newton(count, &x, bits);
         correct *= 2;
     }
     let error = recurrence_error(count, bits);
@@ -163,17 +161,14 @@ fn legendre<W: Real>(count: usize, x: &W, bits: usize) -> (W, W) {
 /// k + (3k+1)) + 22 (k+1)) 1.02 e <= 60 n e` (two roundings of the first product, one of the second, of the difference and of the
 /// quotient times k+1), and the module's argument gives n times that.
 fn recurrence_error(count: usize, bits: usize) -> f64 {
-    scaled(
-        mutant!("oracle.recurrence", (60 * count * count + 60) as f64, |units| 1e-6 * units),
-        -i32::try_from(bits).unwrap_or(i32::MAX),
-    )
+    scaled((60 * count * count + 60) as f64, -i32::try_from(bits).unwrap_or(i32::MAX))
 }
 
 /// `2 (1 - x^2) / (n P_{n-1})^2`.
 fn weight<W: Real>(count: usize, x: &Ball<W>, previous: &Ball<W>, bits: usize) -> Ball<W> {
     let one = Ball::from_f64(1.0, bits);
     let root = &Ball::from_f64(count as f64, bits) * previous;
-    let above = &mutant!("oracle.weight", Ball::from_f64(2.0, bits), |_| Ball::from_f64(2.0 + 1e-15, bits)) * &(&one - &(x * x));
+    let above = &Ball::from_f64(2.0, bits) * &(&one - &(x * x));
     above.divided_by(&(&root * &root))
 }
 

@@ -4,8 +4,6 @@
 //! between two of them has all its digits even where they nearly coincide: on contact the horizon passes the foot at a distance
 //! of the order of the height.
 
-use radgrad_core::mutant;
-
 use crate::enclosure::arithmetic::Real;
 use crate::enclosure::ball::{Ball, BallVector};
 use crate::enclosure::exact::{Exact, ExactVector, along, difference};
@@ -129,16 +127,15 @@ impl Stretch {
             return None;
         }
         let vertex = |k: usize| Point::exact(frame.vertices[k].clone(), frame.heights[k].clone());
-        let (ends, range) =
-            if mutant!("oracle.horizon", start.sign() < 0, |below: bool| !below && start.sign() != 0 && end.sign() < 0) {
-                let (point, place) = crossing(frame, [i, j]);
-                ([point, vertex(j)], [place, 1.0])
-            } else if end.sign() < 0 {
-                let (point, place) = crossing(frame, [i, j]);
-                ([vertex(i), point], [0.0, place])
-            } else {
-                ([vertex(i), vertex(j)], [0.0, 1.0])
-            };
+        let (ends, range) = if start.sign() < 0 {
+            let (point, place) = crossing(frame, [i, j]);
+            ([point, vertex(j)], [place, 1.0])
+        } else if end.sign() < 0 {
+            let (point, place) = crossing(frame, [i, j]);
+            ([vertex(i), point], [0.0, place])
+        } else {
+            ([vertex(i), vertex(j)], [0.0, 1.0])
+        };
         Some(Self { ends, edge: Some(([i, j], range)) })
     }
 
@@ -171,10 +168,7 @@ impl Stretch {
 fn crossing(frame: &Frame, [i, j]: [usize; 2]) -> (Point, f64) {
     let (start, end) = (&frame.heights[i], &frame.heights[j]);
     let rise = end - start;
-    let numerator = std::array::from_fn(|axis| {
-        mutant!("oracle.crossing", &(&frame.vertices[i][axis] * end) - &(&frame.vertices[j][axis] * start), |point| &point
-            + &(&Exact::from(1e-18) * &point))
-    });
+    let numerator = std::array::from_fn(|axis| &(&frame.vertices[i][axis] * end) - &(&frame.vertices[j][axis] * start));
     let place = -start.leading() / rise.leading();
     (Point::new(numerator, rise, Exact::zero()), place)
 }

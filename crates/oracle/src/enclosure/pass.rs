@@ -2,8 +2,6 @@
 //!
 //! A pass knows nothing of digits; it encloses to absolute tolerances and reports the part of rounding in the radii.
 
-use radgrad_core::mutant;
-
 use crate::Error;
 use crate::enclosure::arithmetic::Real;
 use crate::enclosure::ball::{Ball, BallVector, dot, pi, up, vector};
@@ -78,7 +76,7 @@ fn ray<T: Real>(
         let (j, k) = ((i + 1) % 3, (i + 2) % 3);
         let component = &(&way[j] * &position[k]) - &(&way[k] * &position[j]);
         let component = prefactor * &component;
-        if mutant!("oracle.edge-sign", forward, |forward: bool| !forward) { component } else { -&component }
+        if forward { component } else { -&component }
     });
     Ray { foot: position, way, heights, expansion: expansion.clone(), moment }
 }
@@ -223,7 +221,7 @@ impl<T: Real> Prepared<T> {
                 error += cells.iter().map(|c| c.orders[0].error).sum::<f64>();
                 plan.rays.push(cells);
             }
-            if mutant!("oracle.share", error <= 1.0 - 1e-9, |_| true) {
+            if error <= 1.0 - 1e-9 {
                 return Ok(plan);
             }
             share /= 2.0 * error;
@@ -268,7 +266,7 @@ impl<T: Real> Pass<T> {
     pub(crate) fn radii(&self) -> Tolerances {
         let rounding = self.rounding();
         Tolerances {
-            value: up(mutant!("oracle.truncation-added", rounding.value + self.truncation.value, |_| rounding.value)),
+            value: up(rounding.value + self.truncation.value),
             gradient: up(rounding.gradient + self.truncation.gradient),
         }
     }

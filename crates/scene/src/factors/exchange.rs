@@ -20,7 +20,7 @@ mod skew;
 #[cfg(test)]
 mod tests;
 
-use radgrad_core::{DVec3, Polygon, mutant};
+use radgrad_core::{DVec3, Polygon};
 
 use super::{larger, middle, smaller};
 use crate::occluders::perimeter;
@@ -124,9 +124,7 @@ fn exchange_outlines(parts: [&FlatOutline<'_>; 2], truncation: f64, resolved: f6
         found = by_points.filter(|by_points| by_points.error < found.error).unwrap_or(found);
     }
     let seen = far::most_seen(outlines, areas);
-    let displaced =
-        mutant!("factors.displaced", moved * (perimeter(outlines[0]) * seen[1] + perimeter(outlines[1]) * seen[0]), |error| 0.1
-            * error);
+    let displaced = moved * (perimeter(outlines[0]) * seen[1] + perimeter(outlines[1]) * seen[0]);
     // Rounding of the bound itself, and of the scale, which is a power of two.
     Exchange { area: found.area / power / power, error: (found.error + displaced) * (1.0 + 1e-12) / power / power }
 }
@@ -155,8 +153,5 @@ fn contour([a, b]: [&[DVec3]; 2], truncation: f64) -> Exchange {
         }
     }
     let unit = std::f64::consts::TAU;
-    Exchange {
-        area: sum / unit,
-        error: mutant!("factors.contour-error", (error + 4.0 * ROUNDOFF * sum.abs()) / unit, |error| 0.01 * error),
-    }
+    Exchange { area: sum / unit, error: (error + 4.0 * ROUNDOFF * sum.abs()) / unit }
 }

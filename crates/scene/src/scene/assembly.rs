@@ -5,7 +5,7 @@
 //! without area too. A face that is flat to the rounding stays whole; one that is not is split into triangles; a hole that is reached
 //! along a bridge is cut there. All of this is noted.
 
-use radgrad_core::{DVec3, Polygon, mutant};
+use radgrad_core::{DVec3, Polygon};
 
 use super::healing::weld;
 use super::intake::{Given, take_face};
@@ -65,7 +65,7 @@ impl Assembly<'_> {
             let from = std::mem::replace(&mut outline.vertices, welded.outline(index));
             // As given, and as it is now.
             let (around, width) = (perimeter(&outline.vertices), smallest(widths[index], 2.0 * welded.width(index)));
-            if outline.vertices.len() < 3 || width < mutant!("healing.sliver", rounding, |rounding| 1e5 * rounding) {
+            if outline.vertices.len() < 3 || width < rounding {
                 let reason = || Polygon::new(outline.vertices.clone()).err();
                 left_out.add(&place, reason);
                 moved.swept += 0.5 * around * width;

@@ -23,7 +23,7 @@ mod tests;
 use std::cell::OnceCell;
 use std::collections::{BTreeMap, HashMap, HashSet};
 
-use radgrad_core::{DVec3, Polygon, mutant};
+use radgrad_core::{DVec3, Polygon};
 use smallvec::SmallVec;
 
 use self::flat::{Corner, Frame, Part, convex_parts, is_convex, lies_beside, root, tolerance};
@@ -437,7 +437,6 @@ fn cut(sheets: &Sheets<'_>, face: usize, others: &[usize], changes: &mut Changes
         0 => Note::Covered { place, face: face_name, by: around, more },
         count => Note::Cut { place, face: face_name, pieces: count, around, more },
     });
-    let pieces = mutant!("overlaps.piece", pieces, |pieces: Vec<Polygon>| pieces.into_iter().skip(1).collect());
     changes.polygons.insert(face, pieces);
     Ok(())
 }

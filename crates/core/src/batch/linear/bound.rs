@@ -140,7 +140,7 @@ impl<S: Simd> Scales<S> {
         let by_angle = condition * number(31.0) + crossing * number(40.0) + number(116.0) + many;
         let of_height = number(EDGE_UNITS_OF_HEIGHT) + edges * number(UNITS_OF_SUM_OF_HEIGHT);
         let by_edge = crossing * number(98.0) + number(EDGE_UNITS) + edges * number(UNITS_OF_SUM) + of_height / depth;
-        let units = mutant!("batch.linear-value", angles * by_angle + edges * by_edge, |units: Wide<S>| units * number(0.01));
+        let units = angles * by_angle + edges * by_edge;
         // W, where it is not in units of roundoff.
         let size = unit * number(1.0 / (SECOND_ORDER * ROUNDOFF));
         let value = unit * units + size * shift * number(3.2);
@@ -148,11 +148,7 @@ impl<S: Simd> Scales<S> {
         if GRADIENT {
             let beside = angles * (condition * number(132.0) + crossing * number(90.0) + number(275.0) + edges * number(3.0));
             let moved = shift * (nearest + inverse_height * number(6.3));
-            let gradient = mutant!(
-                "batch.linear-gradient",
-                unit * (nearest * beside + inverse_height * units) + size * moved,
-                |bound: Wide<S>| bound * number(0.01)
-            );
+            let gradient = unit * (nearest * beside + inverse_height * units) + size * moved;
             gradient_square = gradient * gradient;
         }
         LaneBound { value, gradient_square }

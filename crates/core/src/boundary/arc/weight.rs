@@ -51,9 +51,8 @@ impl<T: Arithmetic> Arc<T> {
         let product = self.start.inverse * self.end.inverse;
         let (sin, cos) = (self.across * product, self.inline * product);
         let one_and_cos = cos.like(1.0) + cos;
-        let chi = mutant!("arc.chi", (self.angle + sin) / (one_and_cos * cos.like(4.0)), |chi| chi * cos.like(1.0 + 1e-12));
-        chi * (q1 + q2) * (c1 + c2)
-            + psi(self.angle, sin, cos, one_and_cos) * mutant!("arc.psi-sign", q2 - q1, |difference: T| -difference) * (c2 - c1)
+        let chi = (self.angle + sin) / (one_and_cos * cos.like(4.0));
+        chi * (q1 + q2) * (c1 + c2) + psi(self.angle, sin, cos, one_and_cos) * (q2 - q1) * (c2 - c1)
     }
 
     /// `|g + sin g|` and `1/(1 + cos g)`.
@@ -69,7 +68,7 @@ impl<T: Arithmetic> Arc<T> {
     pub(crate) fn weight_in_frame(&self, line: &Line<T>, n1: Vec3<T>) -> T {
         let frame = line.frame();
         let m = self.moments(&frame);
-        (m.cc * n1.dot(frame.toward) + mutant!("arc.frame-axis", m.cs * n1.dot(frame.along), |term: T| -term)) * line.nearness()
+        (m.cc * n1.dot(frame.toward) + m.cs * n1.dot(frame.along)) * line.nearness()
     }
 }
 

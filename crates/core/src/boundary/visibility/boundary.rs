@@ -69,7 +69,7 @@ pub(super) fn visit_joined<P>(
     for alike in turns.chunk_by(|a, b| a.sides == b.sides) {
         // Those that pass the other way are last.
         let one_way = alike.iter().filter(|turn| !turn.is_back).count();
-        let other_way = mutant!("visibility.turns", alike.len() - one_way, |_| 0);
+        let other_way = alike.len() - one_way;
         let left = if one_way >= other_way { &alike[other_way..one_way] } else { &alike[2 * one_way..] };
         for turn in left {
             let [from, to] = if turn.is_back { [turn.sides[1], turn.sides[0]] } else { turn.sides };

@@ -159,7 +159,7 @@ impl Ray {
     /// Where it is relative to a side: its height, if the sign is sure.
     fn sure_height(&self, normal: Vec3<f64>, error: f64) -> Option<f64> {
         let (height, length) = (normal.dot(self.sighted.point), self.sighted.square * self.sighted.inverse);
-        let unsure = mutant!("sure.height", (error + self.spread + 4.0 * ROUNDOFF) * length * 1.001, |unsure| 1e-3 * unsure);
+        let unsure = (error + self.spread + 4.0 * ROUNDOFF) * length * 1.001;
         (height.abs() > unsure).then_some(height)
     }
 
@@ -392,9 +392,9 @@ impl<'a> Visible<'a> {
         let sighted = Sighted::at(if from_inside { -across } else { across });
         let (most, least) = if own.error > other.error { (own.error, other.error) } else { (other.error, own.error) };
         let over_sine = |errors: f64| (errors + 2.2 * ROUNDOFF) * sighted.inverse * 1.001;
-        let spread = mutant!("sure.crossing", over_sine(most + least), |spread| 0.1 * spread);
+        let spread = over_sine(most + least);
         let cosine = own.normal().dot(other.normal()).abs();
-        let slip = mutant!("sure.slip", over_sine(most + least * cosine), |slip| 0.1 * slip);
+        let slip = over_sine(most + least * cosine);
         Ray { sighted, spread: if spread <= MOST_SPREAD { spread } else { f64::NAN }, slip, vertex: None }
     }
 

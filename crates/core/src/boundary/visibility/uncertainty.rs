@@ -61,10 +61,8 @@ impl<T: Real> Subtraction<'_, T> {
                 }
             };
             let area = (depth / self.height).min(1.0.into()) * std::f64::consts::TAU;
-            self.uncertainty.irradiance =
-                self.uncertainty.irradiance + mutant!("visibility.irradiance", area * self.emission, |doubt| doubt * 1e-3);
-            self.uncertainty.gradient = self.uncertainty.gradient
-                + mutant!("visibility.gradient", self.steepness * area + weight * self.emission, |doubt| doubt * 1e-3);
+            self.uncertainty.irradiance = self.uncertainty.irradiance + area * self.emission;
+            self.uncertainty.gradient = self.uncertainty.gradient + (self.steepness * area + weight * self.emission);
         }
     }
 
@@ -110,7 +108,7 @@ fn larger<R: Radius>(a: R, b: R) -> R {
 /// Whether the sign is not known, as of what is no number. An exact zero is no doubt: a corner on the horizon.
 pub(super) fn is_doubtful<T: Real>(depth: T) -> bool {
     let is_sure = depth.size() > depth.error() || is_exactly_0(depth);
-    mutant!("visibility.doubtful", !is_sure, |_| false)
+    !is_sure
 }
 
 pub(super) fn is_exactly_0<T: Real>(depth: T) -> bool {

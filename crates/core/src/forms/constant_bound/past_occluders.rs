@@ -76,7 +76,7 @@ impl Errors {
         let error = of_ends + least * (11.5 * U) + g * (units::ARC_TANGENT * U);
         let of_angle = AngleError {
             g,
-            dg: mutant!("past-occluders.angle", error, |dg| 0.1 * dg),
+            dg: error,
             ds: of_ends + least * (18.5 * U),
             ew: arc.line().map_or(0.0, Line::relative_error),
             eta: Some(first.max(*last)),
@@ -115,7 +115,7 @@ fn together(along: &DMat3) -> f64 {
     let shares = *along * trace.recip();
     let square = shares * shares;
     let largest = [square.x_axis, square.y_axis, square.z_axis].iter().map(|c| c.length_squared()).sum::<f64>().sqrt().sqrt();
-    mutant!("past-occluders.together", trace * largest.sqrt(), |error| 0.1 * error)
+    trace * largest.sqrt()
 }
 
 /// A bound on the size of the weight up to a quarter turn, and its error.
@@ -138,5 +138,5 @@ fn of_weight(
     let second = SLOPE_OF_PSI * dg * g * g + LARGEST_PSI * g * (g * (da + dc) + 6.0 * U * g * g);
     let size = chi * aside * cosines + LARGEST_PSI * g * g * g;
     let nearness = line.nearness();
-    (size * nearness, mutant!("past-occluders.weight", (first + second + 3.0 * U * size) * nearness, |error| 0.1 * error))
+    (size * nearness, (first + second + 3.0 * U * size) * nearness)
 }

@@ -38,7 +38,7 @@
 //! them, or all but the sum of what is outside those that nothing passes outside two of. What all shadows hide is at most the sum, and at
 //! least the sum over those that have nothing in common ([`super::nesting`]).
 
-use radgrad_core::{DVec3, mutant};
+use radgrad_core::DVec3;
 
 use super::cell::{Cell, Plane};
 use super::nesting::Nested;
@@ -136,7 +136,7 @@ impl Beside {
         // At most the largest kernel on all of the share, and all but the least kernel on the rest.
         let at_most = |share: f64| {
             let by_rest = (whole.most() / product) * (1.0 + ROUNDING) - least * (1.0 - share);
-            let by_kernel = mutant!("factors.edge-off", smaller(most * share, by_rest), |most| 0.9 * most);
+            let by_kernel = smaller(most * share, by_rest);
             by_kernel * product + ROUNDING * (whole.most() + most * share * product)
         };
         let [inside, outside] = [at_most(1.0 - below), at_most(above)];
@@ -219,7 +219,7 @@ pub(super) fn share_outside(cells: [&Cell; 2], edge: [DVec3; 2]) -> [f64; 2] {
 fn by_slopes([a, b]: [&Cell; 2], [from, to]: [DVec3; 2]) -> Option<[f64; 2]> {
     let (along, between) = (to - from, b.centre() - a.centre());
     let upright = along.cross(between);
-    let [n0, n1] = [mutant!("factors.edge-sign", upright, |normal: DVec3| -normal), along.cross(upright)];
+    let [n0, n1] = [upright, along.cross(upright)];
     let size = [along.length(), between.length()];
     let (first, second) = (Slopes::new(a, from, [n0, n1], size)?, Slopes::new(b, from, [-n0, -n1], size)?);
     let (low, high) = (larger(first.range[0], second.range[0]), smaller(first.range[1], second.range[1]));
@@ -237,10 +237,6 @@ fn by_slopes([a, b]: [&Cell; 2], [from, to]: [DVec3; 2]) -> Option<[f64; 2]> {
     let (least, most) = (least + share * (1.0 - other), most + (1.0 - other));
     // The second one counts twice, so that products of errors are in it.
     let off = off[0] + 2.0 * off[1] + ROUNDING;
-    let [least, most] = mutant!("factors.edge-rest", [least, most], |[least, most]: [f64; 2]| [
-        0.55 * least + 0.45 * most,
-        0.45 * least + 0.55 * most
-    ]);
     (low < high && off <= MOST_OFF).then_some([larger(least - off, 0.0), smaller(most + off, 1.0)])
 }
 

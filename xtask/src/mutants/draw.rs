@@ -1,0 +1,125 @@
+//! What is drawn from: all faults of the code that decides, evaluates or bounds.
+
+use std::error::Error;
+use std::fs;
+use std::path::Path;
+
+use radgrad_audit::sampler::Sampler;
+
+use super::places::{self, Fault};
+
+/// That code: folders, and files of modules.
+const CODE: [&str; 16] = [
+    "crates/core/src",
+    "crates/numbers/src",
+    "crates/oracle/src",
+    "crates/certificate/src",
+    "crates/scene/src/factors.rs",
+    "crates/scene/src/factors",
+    "crates/scene/src/occluders.rs",
+    "crates/scene/src/occluders",
+    "crates/scene/src/projection.rs",
+    "crates/scene/src/extremes.rs",
+    "crates/solver/src/links.rs",
+    "crates/solver/src/links",
+    "crates/solver/src/mesh.rs",
+    "crates/solver/src/mesh",
+    "crates/solver/src/estimate.rs",
+    "crates/solver/src/estimate",
+];
+
+/// A source file.
+#[derive(Debug)]
+pub(crate) struct Source {
+    /// In the workspace.
+    pub(crate) path: String,
+    pub(crate) text: String,
+}
+
+/// A fault of a file.
+#[derive(Debug, Clone)]
+pub(crate) struct Drawn {
+    /// Which of the sources.
+    pub(crate) file: usize,
+    pub(crate) fault: Fault,
+}
+
+impl Drawn {
+    /// The line that the place begins in, from 1, and its text.
+    pub(crate) fn line<'a>(&self, sources: &'a [Source]) -> (usize, &'a str) {
+        let text = &sources[self.file].text;
+        let before = &text[..self.fault.range.start];
+        let number = before.matches('\n').count();
+        (number + 1, text.lines().nth(number).unwrap_or_default().trim())
+    }
+
+    /// The text of the place, in one line.
+    pub(crate) fn text(&self, sources: &[Source]) -> String {
+        sources[self.file].text[self.fault.range.clone()].split_whitespace().collect::<Vec<_>>().join(" ")
+    }
+}
+
+/// The sources, and all their faults in an order that the seed gives.
+pub(crate) fn shuffled(workspace: &Path, seed: u64) -> Result<(Vec<Source>, Vec<Drawn>), Box<dyn Error>> {
+    let (sources, mut all) = read(workspace)?;
+    shuffle(&mut all, seed);
+    Ok((sources, all))
+}
+
+/// In the order of the files.
+fn read(workspace: &Path) -> Result<(Vec<Source>, Vec<Drawn>), Box<dyn Error>> {
+    let mut paths = Vec::new();
+    for place in CODE {
+        sources_below(workspace, place, &mut paths)?;
+    }
+    paths.sort();
+    let (mut sources, mut all) = (Vec::new(), Vec::new());
+    for (file, path) in paths.into_iter().enumerate() {
+        let text = fs::read_to_string(workspace.join(&path)).map_err(|error| format!("{path}: {error}"))?;
+        let faults = places::faults(&text).map_err(|error| format!("{path}: {error}"))?;
+        all.extend(faults.into_iter().map(|fault| Drawn { file, fault }));
+        sources.push(Source { path, text });
+    }
+    Ok((sources, all))
+}
+
+fn shuffle<T>(all: &mut [T], seed: u64) {
+    let mut sampler = Sampler::new(seed, "faults", 0);
+    for last in (1..all.len()).rev() {
+        all.swap(last, sampler.below(u32::try_from(last + 1).unwrap_or(u32::MAX)) as usize);
+    }
+}
+
+/// All but tests.
+fn sources_below(workspace: &Path, place: &str, found: &mut Vec<String>) -> Result<(), Box<dyn Error>> {
+    let path = workspace.join(place);
+    if path.is_dir() {
+        for entry in fs::read_dir(&path)? {
+            let name = entry?.file_name();
+            sources_below(workspace, &format!("{place}/{}", name.to_string_lossy()), found)?;
+        }
+    } else if place.ends_with(".rs") && !place.contains("/tests") && !place.ends_with("near_ties.rs") {
+        found.push(place.to_owned());
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::in_workspace;
+
+    #[test]
+    fn a_seed_draws_the_same_faults_of_all_of_the_code_and_another_seed_others() {
+        let (sources, all) = read(&in_workspace(".")).unwrap();
+        assert!(all.len() > 10_000 && CODE.iter().all(|place| sources.iter().any(|source| source.path.starts_with(place))));
+        let first = |seed| {
+            let mut numbers: Vec<usize> = (0..all.len()).collect();
+            shuffle(&mut numbers, seed);
+            numbers.truncate(20);
+            numbers
+        };
+        assert_eq!(first(1), first(1));
+        assert_ne!(first(1), first(2));
+    }
+}
