@@ -9,7 +9,7 @@ mod draw;
 mod instrument;
 mod places;
 mod run;
-mod score;
+pub(crate) mod score;
 
 use std::collections::BTreeSet;
 use std::error::Error;
@@ -74,7 +74,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     }
     let row = |(number, seen, seconds): (usize, Seen, f64)| Row::new(&all[number], &sources, seen, seconds, &known);
     let rows: Vec<Row> = fared.into_iter().map(row).collect();
-    score::write(&rows, &arguments.out.join("drawn.csv"))?;
+    score::write(&rows, arguments.seed, &arguments.out.join("drawn.csv"))?;
     let summary = Summary::of(&rows, [arguments.seed, refused as u64], start.elapsed().as_secs_f64());
     if arguments.summary {
         println!("{}", serde_json::to_string(&summary)?);

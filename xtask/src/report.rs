@@ -99,10 +99,12 @@ impl Report {
         data.append(&mut pictures.data);
         let mut copied = audit.files.clone();
         copied.extend(["bounds-times.csv", "errors.csv"].map(|name| from.join(name)).into_iter().filter(|path| path.exists()));
-        copied.extend(["data/gates.toml", "data/tables/search.csv"].map(in_workspace));
+        copied.extend(["data/gates.toml", "data/tables/search.csv", "data/tables/faults.csv"].map(in_workspace));
         let searched = tables::searched(&read("data/tables/search.csv")?)?;
+        let faults = tables::faults(&read("data/tables/faults.csv")?)?;
         copied.extend(of_bench);
-        let html = Page::new(&audit, &gates, &misprints, &worst, diagrams, pictures, &searched).render(&data, &copied)?;
+        let html =
+            Page::new(&audit, &gates, &misprints, &worst, diagrams, pictures, (&searched, &faults)).render(&data, &copied)?;
         if html.len() > MOST_BYTES {
             return Err(format!("the page has {} bytes, {MOST_BYTES} are allowed", html.len()).into());
         }

@@ -18,7 +18,7 @@ use super::places::{Form, VALUE};
 use crate::cargo;
 
 /// What the audit is made of.
-const CRATES: [&str; 7] = ["audit", "certificate", "core", "numbers", "oracle", "scene", "solver"];
+const CRATES: [&str; 8] = ["audit", "certificate", "core", "numbers", "oracle", "paper", "scene", "solver"];
 
 /// A file with faults in it, and which bytes are whose.
 #[derive(Debug, Default)]
@@ -107,9 +107,7 @@ impl Copy {
             packages.retain(|name, _| name != "xtask" && name != "radgrad" && name != "radgrad-c");
         }
         write(&root.join("Cargo.toml"), &toml::to_string(&manifest)?)?;
-        if !root.join("Cargo.lock").exists() {
-            fs::copy(workspace.join("Cargo.lock"), root.join("Cargo.lock"))?;
-        }
+        fs::copy(workspace.join("Cargo.lock"), root.join("Cargo.lock"))?;
         write(
             &root.join("crates/fault/Cargo.toml"),
             "[package]\nname = \"fault\"\nversion = \"0.1.0\"\nedition = \"2024\"\npublish = false\n",

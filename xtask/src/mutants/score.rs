@@ -224,13 +224,13 @@ pub(crate) fn printed(summary: &Summary<'_>) -> String {
     )
 }
 
-/// All rows as CSV.
-pub(crate) fn write(rows: &[Row], file: &Path) -> Result<(), Box<dyn Error>> {
+/// All rows as CSV; `data/tables/faults.csv` has such rows for the report.
+pub(crate) fn write(rows: &[Row], seed: u64, file: &Path) -> Result<(), Box<dyn Error>> {
     files::table(file, |table| {
-        table.write_record(["place", "operator", "text", "line", "verdict", "by", "seconds"])?;
+        table.write_record(["seed", "place", "operator", "text", "line", "verdict", "by", "seconds"])?;
         for row in rows {
-            let seconds = row.seconds.to_string();
-            table.write_record([&row.place, row.operator, &row.text, &row.line, row.verdict.name(), &row.by, &seconds])?;
+            let [seed, seconds] = [seed.to_string(), row.seconds.to_string()];
+            table.write_record([&seed, &row.place, row.operator, &row.text, &row.line, row.verdict.name(), &row.by, &seconds])?;
         }
         Ok(())
     })

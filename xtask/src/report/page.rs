@@ -23,7 +23,7 @@ use super::plates::Plate;
 use super::rungs;
 use super::side_by_side;
 use super::table::Table;
-use super::tables::{self, Searched};
+use super::tables::{self, Fault, Searched};
 use super::worst::Worst;
 use super::{ledger, shadow, sight};
 
@@ -35,6 +35,8 @@ pub(super) struct Page<'a> {
     /// Names and values that describe the run.
     facts: Vec<(&'static str, String)>,
     violations: Vec<(&'a str, &'a str)>,
+    faults_told: String,
+    survivors: Table,
     closest: Table,
     scenes_told: Option<String>,
     scenes: Table,
@@ -78,7 +80,7 @@ impl<'a> Page<'a> {
         worst: &'a [Worst],
         diagrams: Vec<Diagram>,
         pictures: Pictures,
-        searched: &[Searched],
+        (searched, faults): (&[Searched], &[Fault]),
     ) -> Self {
         let Pictures { plates, shadow, sight, solved, .. } = pictures;
         let runs = [Some(&audit.run), Some(&audit.bounds_run), audit.scenes.as_ref().map(|scenes| &scenes.run)];
@@ -91,6 +93,8 @@ impl<'a> Page<'a> {
             verdict: verdict(audit, passed, &mutants_caught),
             facts: facts(audit),
             violations: audit.violations.iter().map(|v| (v.violation.as_str(), v.command.as_str())).collect(),
+            faults_told: tables::faults_told(faults),
+            survivors: tables::survivors(faults),
             closest: tables::closest(searched),
             scenes_told: audit.scenes.as_ref().map(|scenes| scenes_told(&scenes.run)),
             scenes: tables::scenes(audit),

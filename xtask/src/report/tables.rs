@@ -1,5 +1,6 @@
 //! The tables of the page, each from one file of the audit.
 
+use std::collections::BTreeSet;
 use std::error::Error;
 
 use radgrad_audit::contender::Contender;
@@ -13,6 +14,7 @@ use super::errata::Misprint;
 use super::histogram::{self, value};
 use super::rungs;
 use super::table::{Cell, Table};
+use crate::mutants::score::Share;
 
 /// A number of a file, sorted as the number that it is.
 fn figure(text: &str) -> Cell {
@@ -230,6 +232,54 @@ pub(super) fn closest(searched: &[Searched]) -> Table {
             worst.map_or_else(|| Cell::from("–"), |row| figure(&row.worst))
         };
         table.push([Cell::code(rung), worst("value"), worst("gradient")]);
+    }
+    table
+}
+
+/// A drawn fault that `cargo xtask mutants` switched on, and what became of it.
+#[derive(Debug, Deserialize)]
+pub(super) struct Fault {
+    seed: u64,
+    place: String,
+    operator: String,
+    line: String,
+    verdict: String,
+    by: String,
+}
+
+/// The rows of a sample of faults.
+pub(super) fn faults(text: &str) -> Result<Vec<Fault>, Box<dyn Error>> {
+    Ok(csv::Reader::from_reader(text.as_bytes()).deserialize().collect::<Result<_, _>>()?)
+}
+
+/// How many were noticed, with the limits of the share.
+pub(super) fn faults_told(faults: &[Fault]) -> String {
+    let count = |verdict: &str| faults.iter().filter(|fault| fault.verdict == verdict).count();
+    let [truth, record, harmless] = ["by truth", "by the record", "harmless"].map(count);
+    let counted = faults.len() - harmless;
+    let share = |count: usize| {
+        let Share { share, at_least, at_most } = Share::of(count, counted);
+        format!("{:.1} % ({:.1} to {:.1})", 100.0 * share, 100.0 * at_least, 100.0 * at_most)
+    };
+    let seeds: BTreeSet<u64> = faults.iter().map(|fault| fault.seed).collect();
+    let seeds: Vec<String> = seeds.iter().map(u64::to_string).collect();
+    format!(
+        "{} faults were drawn with seed {}; {harmless} of them are harmless. Of the others {} were noticed, and {} by truth; the rest of those \
+         noticed differ from what was recorded.",
+        faults.len(),
+        seeds.join(", "),
+        share(truth + record),
+        share(truth),
+    )
+}
+
+/// Those that nothing noticed.
+pub(super) fn survivors(faults: &[Fault]) -> Table {
+    let caption = "Drawn faults that no check noticed: the place, the fault, and the line that it stands in";
+    let mut table = Table::new(caption, &["faults.csv"], &["place", "fault", "verdict", "line", "~why it is harmless"]);
+    for fault in faults.iter().filter(|fault| !fault.verdict.starts_with("by ")) {
+        let Fault { place, operator, line, verdict, by, .. } = fault;
+        table.push([Cell::code(place), Cell::from(operator), Cell::from(verdict), Cell::code(line), Cell::from(by)]);
     }
     table
 }
