@@ -100,12 +100,6 @@ impl Copy {
         if let Some(Value::Table(workspace)) = manifest.get_mut("workspace") {
             let members = CRATES.iter().chain(&["fault"]).map(|name| Value::String(format!("crates/{name}")));
             workspace.insert("members".to_owned(), Value::Array(members.collect()));
-            // What the compiler proves wrong of a fault it may say when it is run.
-            if let Some(Value::Table(rust)) = workspace.get_mut("lints").and_then(|lints| lints.get_mut("rust")) {
-                for lint in ["arithmetic_overflow", "unconditional_panic"] {
-                    rust.insert(lint.to_owned(), Value::String("allow".to_owned()));
-                }
-            }
         }
         if let Some(Value::Table(dev)) = manifest.get_mut("profile").and_then(|profiles| profiles.get_mut("dev"))
             && let Some(Value::Table(packages)) = dev.get_mut("package")
@@ -126,7 +120,11 @@ impl Copy {
             copy(&from, &to)?;
             let mut manifest: Table = toml::from_str(&fs::read_to_string(from.join("Cargo.toml"))?)?;
             manifest.remove("dev-dependencies");
-            manifest.remove("lints");
+            // What the compiler proves wrong of a fault may be said when it is run.
+            let allowed =
+                ["arithmetic_overflow", "unconditional_panic"].map(|lint| (lint.to_owned(), Value::String("allow".to_owned())));
+            let lints = Table::from_iter([("rust".to_owned(), Value::Table(allowed.into_iter().collect()))]);
+            manifest.insert("lints".to_owned(), Value::Table(lints));
             if let Some(Value::Table(needs)) = manifest.get_mut("dependencies") {
                 let path = Table::from_iter([("path".to_owned(), Value::String("../fault".to_owned()))]);
                 needs.insert("fault".to_owned(), Value::Table(path));
