@@ -124,4 +124,12 @@ mod tests {
         assert!((parts.iter().map(|part| area(part)).sum::<f64>() - 3.4).abs() < 1e-12);
         assert_eq!(slices(&outline(&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.4], [0.0, 1.4]])), None);
     }
+
+    #[test]
+    fn a_long_parallelogram_is_cut_into_no_more_parts_than_are_allowed() {
+        let strip = |length: f64| outline(&[[0.0, 0.0], [length, 0.0], [length, 1.0], [0.0, 1.0]]);
+        assert!(!is_long(&strip(7.9)) && is_long(&strip(8.1)) && is_long(&strip(0.1)) && !is_long(&strip(3.0)[..3]));
+        let counts = [1.4, 3.2, 50.0].map(|length| slices(&strip(length)).map(|parts| parts.len()));
+        assert_eq!(counts, [None, Some(3), Some(MOST_SLICES)]);
+    }
 }

@@ -1,4 +1,4 @@
-//! Plates of two sides among more than a thousand faces.
+//! Plates of two sides among more than a thousand faces, and plates close to each other.
 
 use radgrad_core::{DVec3, Polygon};
 use radgrad_scene::Scene;
@@ -60,4 +60,26 @@ fn light_is_even_on_both_sides_of_a_turned_plate_among_a_thousand_faces() {
             }
         }
     }
+}
+
+/// The radiosity near a corner of two plates a hundredth of their size apart, of which the lower one glows: no polynomial on either follows it.
+#[test]
+fn the_rim_of_a_narrow_gap_is_within_its_estimate() {
+    let mut scene = Scene::new(["grey"]).unwrap();
+    let (glowing, grey) = (
+        scene.add_material("glowing", [0.9], [std::f64::consts::FRAC_1_PI]).unwrap(),
+        scene.add_material("grey", [0.9], [0.0]).unwrap(),
+    );
+    let surface = scene.add_surface("plates");
+    let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+    let (low, mut high) = (corners.map(|[x, y]| DVec3::new(x, y, 0.0)), corners.map(|[x, y]| DVec3::new(x, y, 0.01)));
+    high.reverse();
+    scene.add_face(surface, glowing, Polygon::new(low.to_vec()).unwrap(), None).unwrap();
+    scene.add_face(surface, grey, Polygon::new(high.to_vec()).unwrap(), None).unwrap();
+    let solution = solve(&scene, &Options { error: 0.05, ..Options::default() }, |_| true).unwrap();
+    let rim = solution.gather(DVec3::new(0.999, 0.999, 0.0), DVec3::Z).unwrap();
+    // By random walks, with their standard error.
+    let (truth, off) = (1.314_13, 0.009_61);
+    let (value, estimate) = (rim.radiosity[0], rim.estimate[0].total());
+    assert!((value - truth).abs() <= 2.0 * estimate + 5.0 * off && estimate < 0.5, "{value} +- {estimate}");
 }

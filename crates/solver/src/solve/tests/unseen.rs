@@ -58,3 +58,26 @@ fn lamps_that_no_node_sees_are_found_or_in_the_estimate() {
         assert!(off <= estimates && fine.mean[0] > 0.0, "{} and {}, {estimates}", solution.mean[0], fine.mean[0]);
     }
 }
+
+/// A hall with a closed box in it, whose six sides are seen from outside and from inside, and in that a lamp that no one in the hall sees.
+#[test]
+fn a_lamp_in_a_closed_box_lights_nothing_outside_of_it() {
+    let mut scene = Scene::new(["grey"]).unwrap();
+    let (wall, lamp) = (scene.add_material("wall", [0.5], [0.0]).unwrap(), scene.add_material("lamp", [0.0], [10.0]).unwrap());
+    let (inside, outside) = (scene.add_surface("inside"), scene.add_surface("outside"));
+    let mut add = |surface: usize, material: usize, corners: [DVec3; 4]| {
+        scene.add_face(surface, material, Polygon::new(corners.to_vec()).unwrap(), None).unwrap();
+    };
+    let turned = |[a, b, c, d]: [DVec3; 4]| [d, c, b, a];
+    cuboid(DVec3::splat(-1.0), DVec3::splat(2.0)).into_iter().for_each(|side| add(outside, wall, turned(side)));
+    for side in cuboid(DVec3::splat(0.1), DVec3::splat(0.7)) {
+        add(outside, wall, side);
+        add(inside, wall, turned(side));
+    }
+    let [a, b, c, d] = [[0.3, 0.3], [0.3, 0.5], [0.5, 0.5], [0.5, 0.3]].map(|[x, y]| DVec3::new(x, y, 0.69));
+    add(inside, lamp, [a, b, c, d]);
+    let solution = solve(&scene, &Options { error: 0.05, ..Options::default() }, |_| true).unwrap();
+    let in_hall = solution.gather(DVec3::new(0.5, 0.5, -1.0), DVec3::Z).unwrap();
+    assert!(solution.progress.estimate <= 0.05, "{}", solution.progress.estimate);
+    assert!(in_hall.radiosity[0] == 0.0 && in_hall.estimate[0].total() < 1e-9, "{in_hall:?}");
+}
