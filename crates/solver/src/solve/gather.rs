@@ -30,8 +30,9 @@ const REACH: f64 = 1e-6;
 /// Points at another face are taken to be in front of it by so much of their leaf's radius: in its plane they would see nothing of it.
 const IN_FRONT: f64 = 1e-8;
 
-/// A source hangs close over a point where it faces it, with normals of this cosine at most, nearer than this part of its leaf's radius.
-const FACING: f64 = -0.7;
+/// A source hangs close over a point where it is nearly parallel to it, with normals of this cosine at most, and nearer than this part of its
+/// leaf's radius. What meets the point's face at an angle is not in a gap with it: [`crate::solve::wedge`] has that.
+const FACING: f64 = -0.99;
 const CLOSE: f64 = 0.25;
 
 /// Irradiance at a point and the estimate of its error, in each channel: what it receives of all that it sees above its horizon. Irradiance has the unit of
