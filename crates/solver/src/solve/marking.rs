@@ -108,7 +108,7 @@ impl Solution {
 /// Mean square over an edge of the part of a cubic above a degree. The cubic goes through values and slopes at the edge's two
 /// Gauss nodes, a slope being the gradient times the way from one to the other.
 ///
-/// With `a`, `b` as in [`crate::receiver::departure`] and `c = (a + b)/20` the cubic's Legendre coefficients between the nodes are
+/// With `a`, `b` as in `departure` of `radgrad-paper` and `c = (a + b)/20` the cubic's Legendre coefficients between the nodes are
 /// `c1 = rise/2 - c`, `c2 = (b - a)/12` and `c3 = c`. On the edge, `sqrt(3)` times as long, the squares of those are
 /// `3 (c1 + 3 c3)^2`, `9 c2^2` and `27 c3^2`; and the mean square of the Legendre polynomial of degree n is `1/(2n + 1)`.
 fn beyond(degree: usize, values: [f64; 2], slopes: [f64; 2]) -> f64 {
