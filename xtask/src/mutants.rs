@@ -2,7 +2,7 @@
 //!
 //! Nobody chooses them: [`places`] lists every place of the code that decides, evaluates or bounds where a fault of some kind can
 //! stand, [`draw`] draws of all these by a seed, [`instrument`] writes a copy of the workspace in which the drawn ones can be switched
-//! on, [`run`] asks of each the checks of the audit's small setting (example `bite`) that come to its place, and [`score`] says what
+//! on, [`mod@run`] asks of each the checks of the audit's small setting (example `bite`) that come to its place, and [`score`] says what
 //! became of them. `data/mutants.toml` has what is known of those that nothing notices.
 
 mod draw;
