@@ -14,11 +14,12 @@ pub(crate) mod score;
 use std::collections::BTreeSet;
 use std::error::Error;
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use indicatif::ProgressBar;
-use radgrad_audit::{bite, witness};
+use radgrad_audit::bite;
+use radgrad_audit::witness::Witness;
 use rayon::prelude::*;
 
 use self::draw::{Drawn, Source};
@@ -51,7 +52,7 @@ pub(crate) struct Arguments {
 /// Whether enough of the drawn faults are noticed, and none that is known to be harmless.
 pub(crate) fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     let start = Instant::now();
-    let known = Known::read(&in_workspace("data/mutants.toml"))?;
+    let survivors = Known::read(&in_workspace("data/mutants.toml"))?;
     fs::create_dir_all(&arguments.out)?;
     let out = fs::canonicalize(&arguments.out)?;
     let (sources, all) = draw::shuffled(&in_workspace("."), arguments.seed)?;
@@ -72,10 +73,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
         let missed = fared.iter().filter(|(_, seen, _)| !matches!(seen, Seen::Truth { .. })).map(|(number, ..)| *number);
         search(&program, missed, rounds)?;
     }
-    let row = |(number, seen, seconds): (usize, Seen, f64)| Row::new(&all[number], &sources, seen, seconds, &known);
+    let row = |(number, seen, seconds): (usize, Seen, f64)| Row::new(&all[number], &sources, seen, seconds, &survivors);
     let rows: Vec<Row> = fared.into_iter().map(row).collect();
     score::write(&rows, arguments.seed, &arguments.out.join("drawn.csv"))?;
-    let summary = Summary::of(&rows, [arguments.seed, refused as u64], start.elapsed().as_secs_f64());
+    let summary = Summary::new(&rows, [arguments.seed, refused as u64], start.elapsed().as_secs_f64());
     if arguments.summary {
         println!("{}", serde_json::to_string(&summary)?);
     } else {
@@ -92,7 +93,7 @@ fn instrumented(
     sources: &[Source],
     all: &[Drawn],
     count: usize,
-    out: &std::path::Path,
+    out: &Path,
 ) -> Result<(Copy, usize, Vec<usize>), Box<dyn Error>> {
     let mut copy = Copy::new(&in_workspace("."), out)?;
     let (mut refused, mut compiled) = (BTreeSet::new(), 0);
@@ -100,7 +101,7 @@ fn instrumented(
     while compiled - refused.range(..compiled).count() < count && compiled < all.len() {
         let missing = count + refused.len() - compiled;
         compiled = all.len().min(compiled + missing + missing / 2 + 8);
-        refuse(&mut copy, sources, all, compiled, &mut refused, &["check", "--lib"])?;
+        refuse(&mut copy, sources, all, compiled, &mut refused)?;
     }
     let drawn: Vec<usize> = (0..compiled).filter(|number| !refused.contains(number)).take(count).collect();
     copy.plant(sources, drawn.iter().map(|&number| (number, &all[number])))?;
@@ -119,12 +120,11 @@ fn refuse(
     all: &[Drawn],
     compiled: usize,
     refused: &mut BTreeSet<usize>,
-    arguments: &[&str],
 ) -> Result<(), Box<dyn Error>> {
     loop {
         let tried = (0..compiled).filter(|number| !refused.contains(number));
         copy.plant(sources, tried.map(|number| (number, &all[number])))?;
-        let more = copy.refused(arguments)?;
+        let more = copy.refused(&["check", "--lib"])?;
         if more.is_empty() {
             return Ok(());
         }
@@ -137,11 +137,11 @@ fn search(program: &Program, faults: impl Iterator<Item = usize>, rounds: u64) -
     let mut lines = Vec::new();
     for fault in faults {
         for line in program.searched(fault, rounds)? {
-            let mut found: witness::Witness = serde_json::from_str(&line)?;
-            let asked = found.ask.of(&found.case);
-            if let Some(held) = asked.held.iter().find(|held| held.place == found.place) {
-                (found.ratio, found.bound) = (held.ratio, held.bound);
-                lines.push(serde_json::to_string(&found)?);
+            let mut witness: Witness = serde_json::from_str(&line)?;
+            let asked = witness.ask.of(&witness.case);
+            if let Some(held) = asked.held.iter().find(|held| held.place == witness.place) {
+                (witness.ratio, witness.bound) = (held.ratio, held.bound);
+                lines.push(serde_json::to_string(&witness)?);
             }
         }
     }

@@ -6,6 +6,8 @@
 //!
 //! `cargo xtask verify` has it in every run, and `cargo xtask mutants` runs it on shipped code with a fault planted.
 
+use std::fmt::Display;
+
 use glam::DVec3;
 use radgrad_core::evaluate_to;
 use radgrad_oracle::scene::Effort;
@@ -115,19 +117,19 @@ pub fn names() -> [&'static str; CHECKS.len()] {
 pub fn bite(setting: &Setting<'_>) -> Vec<Wrong> {
     let is_first = |(name, _): &&Check| Some(*name) == setting.first;
     let checks = CHECKS.iter().filter(is_first).chain(CHECKS.iter().filter(|check| !is_first(check)));
-    let mut found = Vec::new();
+    let mut findings = Vec::new();
     for (index, (_, run)) in checks.enumerate() {
         let is_enough = match setting.made {
             Made::All => false,
-            Made::UntilWrong => found.iter().any(|wrong: &Wrong| !wrong.by_record),
+            Made::UntilWrong => findings.iter().any(|wrong: &Wrong| !wrong.by_record),
             Made::First => index > 0,
         };
         if is_enough {
             break;
         }
-        found.extend(run(setting));
+        findings.extend(run(setting));
     }
-    found
+    findings
 }
 
 /// Recorded witnesses, asked again. That there is none is wrong too.
@@ -145,8 +147,8 @@ fn again<T: Sync>(check: &'static str, recorded: &[&T], wrong: impl Fn(&T) -> Ve
     if recorded.is_empty() {
         return vec![Wrong { check, by_record: false, what: format!("there are no recorded {check}") }];
     }
-    let found = recorded.par_iter().flat_map_iter(|recorded| wrong(recorded));
-    found.map(|witness::Wrong { by_record, what }| Wrong { check, by_record, what }).collect()
+    let findings = recorded.par_iter().flat_map_iter(|recorded| wrong(recorded));
+    findings.map(|witness::Wrong { by_record, what }| Wrong { check, by_record, what }).collect()
 }
 
 /// Shards, written and read back, make the whole; two alike or a missing one do not.
@@ -161,12 +163,12 @@ fn merge(_: &Setting<'_>) -> Vec<String> {
         let run = Run { part: Part { index, of: 3 }, ..whole.clone() };
         Shard { table: table(&run), run }
     };
-    let mut found = Vec::new();
+    let mut findings = Vec::new();
     let back: Result<Vec<_>, _> = [2, 0, 1].map(|index| Shard::from_json(&shard(index).to_json()?)).into_iter().collect();
     match back.and_then(|shards: Vec<Shard<Kind, Quantity>>| Shard::merge(&shards)) {
         Ok(merged) if merged == (Shard { table: table(&whole), run: whole.clone() }) => {}
-        Ok(_) => found.push("three shards do not make the table of the whole".to_owned()),
-        Err(error) => found.push(format!("three shards do not merge: {error}")),
+        Ok(_) => findings.push("three shards do not make the table of the whole".to_owned()),
+        Err(error) => findings.push(format!("three shards do not merge: {error}")),
     }
     // Counted without merging.
     let counts = |table: &Table| -> Vec<u64> {
@@ -174,29 +176,29 @@ fn merge(_: &Setting<'_>) -> Vec<String> {
         [Family::Far, Family::Generic, Family::NGon].iter().map(of).collect()
     };
     if counts(&table(&whole)) != [11, 4, 9] {
-        found.push(format!("a table of 11, 4 and 9 cases counts {:?}", counts(&table(&whole))));
+        findings.push(format!("a table of 11, 4 and 9 cases counts {:?}", counts(&table(&whole))));
     }
     let counted = table(&whole);
     let worst = counted.families()[&Family::Far].figures().get(&Quantity::ValueOverCondition).and_then(|figures| figures.worst());
     if worst.is_none_or(|worst| worst.value != 10.0) {
-        found.push(format!("the worst of 0 to 10 is {worst:?}"));
+        findings.push(format!("the worst of 0 to 10 is {worst:?}"));
     }
     let late_first =
         [5, 2].map(|index| Table::of(Name { family: Family::Far, seed: 1, index }, &Outcome::Refused(String::new())));
     let first =
         late_first.into_iter().collect::<Table>().families()[&Family::Far].counts().get(&Kind::Refused).map(|b| b.first.index);
     if first != Some(2) {
-        found.push(format!("the first of cases 5 and 2 is {first:?}"));
+        findings.push(format!("the first of cases 5 and 2 is {first:?}"));
     }
     if Shard::merge(&[shard(0), shard(1), shard(1), shard(2)]).is_ok() {
-        found.push("a shard that is there twice is merged".to_owned());
+        findings.push("a shard that is there twice is merged".to_owned());
     }
-    found
+    findings
 }
 
 /// Wrong answers, wrong bounds and figures beyond their gates are seen.
 fn canaries(setting: &Setting<'_>) -> Vec<String> {
-    let mut found = Vec::new();
+    let mut findings = Vec::new();
     let case = Family::Generic.case(1, 0);
     let ask = |factor: f64| {
         move |problem: &radgrad_scene::case::Problem, tolerance: f64| {
@@ -210,10 +212,10 @@ fn canaries(setting: &Setting<'_>) -> Vec<String> {
     };
     let effort = Checks { digits: true, ..Checks::LEAST };
     if !check_by(&case, &effort, ask(2.5)).has(Mark::Broken) {
-        found.push("an answer that is off by 2.5 bounds is not seen".to_owned());
+        findings.push("an answer that is off by 2.5 bounds is not seen".to_owned());
     }
     if check_by(&case, &effort, ask(0.0)).has(Mark::Broken) {
-        found.push("an answer that is right is called broken".to_owned());
+        findings.push("an answer that is right is called broken".to_owned());
     }
     if let Ok(problem) = case.problem()
         && let Ok(truth) = Truth::of_problem(&problem)
@@ -221,7 +223,7 @@ fn canaries(setting: &Setting<'_>) -> Vec<String> {
         let size = truth.radiosity_magnitude();
         let (least, _) = truth.errors_at_least(truth.radiosity.to_f64() + 1e-6 * size, DVec3::ZERO);
         if !(0.999e-6..1.001e-6).contains(&(least / size)) {
-            found.push(format!("a radiosity that is off by 1e-6 is held to be off by {:e} at least", least / size));
+            findings.push(format!("a radiosity that is off by 1e-6 is held to be off by {:e} at least", least / size));
         }
     }
     for quantity in Quantity::ALL {
@@ -233,7 +235,7 @@ fn canaries(setting: &Setting<'_>) -> Vec<String> {
             setting.gates.violations(&Table::of(name, &Outcome::Measured(figures))).len()
         };
         if [of(1.0), of(1.01)] != [0, 1] {
-            found.push(format!("{} at its gate and 1 % above: {} and {} violations", quantity.name(), of(1.0), of(1.01)));
+            findings.push(format!("{} at its gate and 1 % above: {} and {} violations", quantity.name(), of(1.0), of(1.01)));
         }
     }
     if let Ok(problem) = case.problem()
@@ -243,17 +245,16 @@ fn canaries(setting: &Setting<'_>) -> Vec<String> {
         let wrong = radgrad_core::Answer { gradient: answer.gradient + DVec3::new(1e-6 * size, 0.0, 0.0), ..answer };
         let figure = crate::measure::measure_answer(&problem, &wrong).figure(Quantity::Gradient).unwrap_or(0.0);
         if !(0.999e-6..1.001e-6).contains(&figure) {
-            found.push(format!("a gradient that is off by 1e-6 is measured to be off by {figure:e}"));
+            findings.push(format!("a gradient that is off by 1e-6 is measured to be off by {figure:e}"));
         }
     }
-    found
+    findings
 }
 
 /// Lanes of double and single precision, with the bounds that they state themselves.
 fn lanes(_: &Setting<'_>) -> Vec<String> {
     let families = [Family::Generic, Family::Clipped, Family::Far, Family::HorizonSliver, Family::NGon, Family::NearEdge];
-    let names: Vec<Name> =
-        families.iter().flat_map(|&family| (0..16).map(move |index| Name { family, seed: 9, index })).collect();
+    let names = names_of(&families, 16, 9);
     let ask = |name: &Name| {
         let case = name.case();
         [Ask::Lanes(1.0), Ask::SingleLanes(1.0)].into_iter().flat_map(|ask| complaints(name, ask, &case)).collect::<Vec<_>>()
@@ -261,7 +262,7 @@ fn lanes(_: &Setting<'_>) -> Vec<String> {
     names.par_iter().flat_map_iter(ask).collect()
 }
 
-fn complaints(name: &impl std::fmt::Display, ask: Ask, case: &radgrad_scene::case::Case) -> Vec<String> {
+fn complaints(name: &impl Display, ask: Ask, case: &radgrad_scene::case::Case) -> Vec<String> {
     let asked = ask.of(case);
     let broken = asked.held.iter().filter(|held| held.ratio > 1.0);
     let broken = broken.map(|held| format!("{name}, {ask}, {}: broken by a factor of {:.3}", held.place, held.ratio));
@@ -283,13 +284,13 @@ fn brinks(_: &Setting<'_>) -> Vec<String> {
     let ask = |index: u64| {
         let case = brink(&mut Sampler::new(5, "brinks", index));
         let name = format!("brinks:5:{index}");
-        let mut found: Vec<String> =
+        let mut findings: Vec<String> =
             [Ask::Answer(1.0), Ask::Answer(1e-12), Ask::Value(1.0), Ask::Lanes(1.0), Ask::SingleLanes(1.0)]
                 .into_iter()
                 .flat_map(|ask| complaints(&name, ask, &case))
                 .collect();
-        found.extend(off_the_oracle(&name, &case));
-        found
+        findings.extend(off_the_oracle(&name, &case));
+        findings
     };
     (0..500u64).into_par_iter().flat_map_iter(ask).collect()
 }
@@ -323,8 +324,8 @@ fn off_the_oracle(name: &str, case: &radgrad_scene::case::Case) -> Vec<String> {
 fn trees(_: &Setting<'_>) -> Vec<String> {
     let ask = |index: u64| {
         let said = Of::Tree(index).asked(None);
-        let found = said.map_or_else(|error| vec![error], |said| said.wrong);
-        found.into_iter().map(move |wrong| format!("receiver {index}: {wrong}")).collect::<Vec<_>>()
+        let findings = said.map_or_else(|error| vec![error], |said| said.wrong);
+        named(format_args!("receiver {index}"), findings)
     };
     (0..40u64).into_par_iter().flat_map_iter(ask).collect()
 }
@@ -341,7 +342,7 @@ fn enclosures(setting: &Setting<'_>) -> Vec<String> {
         Family::PolynomialClipped,
         Family::Far,
     ];
-    let names: Vec<Name> = families.iter().flat_map(|&family| (0..3).map(move |index| Name { family, seed: 2, index })).collect();
+    let names = names_of(&families, 3, 2);
     let compare = |name: &Name| {
         let Ok(problem) = name.case().problem() else { return vec![format!("{name}: refused")] };
         let (emitter, occluders) = reduced(&problem);
@@ -373,21 +374,21 @@ fn enclosures(setting: &Setting<'_>) -> Vec<String> {
             let apart = !truth.as_ref()?.overlaps(&precise);
             apart.then(|| format!("{name}: {way} and core's 60 digits have nothing in common"))
         };
-        let mut found: Vec<String> = ways.iter().filter_map(differ).collect();
+        let mut findings: Vec<String> = ways.iter().filter_map(differ).collect();
         if ways.iter().take(2).all(|(_, truth)| truth.is_none()) && !matches!(name.family, Family::Contact) {
-            found.push(format!("{name}: the oracle has no enclosure in double-double"));
+            findings.push(format!("{name}: the oracle has no enclosure in double-double"));
         }
-        found
+        findings
     };
-    let mut found: Vec<String> = names.par_iter().flat_map_iter(compare).collect();
-    found.extend(forms(3, 1).1.iter().map(ToString::to_string));
+    let mut findings: Vec<String> = names.par_iter().flat_map_iter(compare).collect();
+    findings.extend(forms(3, 1).1.iter().map(ToString::to_string));
     let run = Run::of_each(2, &[Family::Generic, Family::Clipped, Family::OneScreen, Family::BackFacing], 6);
     let agreed = agreement(&run, 2, setting.gates.appendix_a());
-    found.extend(agreed.contradictions.iter().map(ToString::to_string));
+    findings.extend(agreed.contradictions.iter().map(ToString::to_string));
     if agreed.cubature == 0 || agreed.enclosed == 0 {
-        found.push(format!("no case is enclosed, or none converged by cubature: {agreed:?}"));
+        findings.push(format!("no case is enclosed, or none converged by cubature: {agreed:?}"));
     }
-    found
+    findings
 }
 
 /// A small bounds campaign.
@@ -409,6 +410,16 @@ fn cheap() -> impl Iterator<Item = Family> {
     Family::ALL.into_iter().filter(|family| family.dearness() == 1)
 }
 
+/// The first cases of each family.
+fn names_of(families: &[Family], count: u64, seed: u64) -> Vec<Name> {
+    families.iter().flat_map(|&family| (0..count).map(move |index| Name { family, seed, index })).collect()
+}
+
+/// Findings with the name of what they are about.
+fn named(name: impl Display, findings: impl IntoIterator<Item = String>) -> Vec<String> {
+    findings.into_iter().map(|finding| format!("{name}: {finding}")).collect()
+}
+
 /// Second derivatives and irradiance vectors against differences and turned receivers.
 fn second_derivatives(_: &Setting<'_>) -> Vec<String> {
     let families = [
@@ -423,48 +434,45 @@ fn second_derivatives(_: &Setting<'_>) -> Vec<String> {
         Family::OneScreen,
         Family::Contact,
     ];
-    let names: Vec<Name> =
-        families.iter().flat_map(|&family| (0..3).map(move |index| Name { family, seed: 14, index })).collect();
+    let names = names_of(&families, 3, 14);
     let ask = |name: &Name| {
         let problem = name.case().problem().ok()?;
         let [rough, fine] = [1.0, 1e-12].map(|tolerance| derivatives::wrong(&problem, tolerance));
-        Some(rough?.into_iter().chain(fine?).map(|wrong| format!("{name}: {wrong}")).collect::<Vec<_>>())
+        Some(named(name, rough?.into_iter().chain(fine?)))
     };
     let told: Vec<Option<Vec<String>>> = names.par_iter().map(ask).collect();
-    let mut found = Vec::new();
+    let mut findings = Vec::new();
     if 2 * told.iter().flatten().count() < names.len() {
-        found.push("of less than half of the cases the derivatives are known".to_owned());
+        findings.push("less than half of the cases have derivatives to compare with".to_owned());
     }
-    found.extend(told.into_iter().flatten().flatten());
-    found
+    findings.extend(told.into_iter().flatten().flatten());
+    findings
 }
 
 /// Running bounds of single operations.
 fn single_operations(_: &Setting<'_>) -> Vec<String> {
-    let found = (0..4000u64).into_par_iter().flat_map_iter(operations::wrong);
-    found.collect()
+    (0..4000u64).into_par_iter().flat_map_iter(operations::wrong).collect()
 }
 
-/// Answers without bounds, and what is made of matrices.
+/// Core's answers without bounds, and operations on matrices of form factors.
 fn other_entries(_: &Setting<'_>) -> Vec<String> {
     use scenes::family::Family as Scenes;
     let families =
         [Family::Generic, Family::Clipped, Family::NGon, Family::Concave, Family::BackFacing, Family::PolynomialClipped];
-    let names: Vec<Name> =
-        families.iter().flat_map(|&family| (0..6).map(move |index| Name { family, seed: 15, index })).collect();
+    let names = names_of(&families, 6, 15);
     let plain = |name: &Name| {
-        let found = name.case().problem().map_or_else(|error| vec![error.to_string()], |problem| entries::plain(&problem));
-        found.into_iter().map(|wrong| format!("{name}: {wrong}")).collect::<Vec<_>>()
+        let findings = name.case().problem().map_or_else(|error| vec![error.to_string()], |problem| entries::plain(&problem));
+        named(name, findings)
     };
-    let mut found: Vec<String> = names.par_iter().flat_map_iter(plain).collect();
+    let mut findings: Vec<String> = names.par_iter().flat_map_iter(plain).collect();
     let scenes = [Scenes::Clutter, Scenes::Furnace, Scenes::Touching, Scenes::Slit, Scenes::Open, Scenes::Textured];
     let of_matrix = |&family: &Scenes| {
         let name = scenes::family::Name { family, seed: 15, index: 0 };
-        let found = entries::of_matrix(name).unwrap_or_else(|error| vec![error]);
-        found.into_iter().map(move |wrong| format!("{name}: {wrong}")).collect::<Vec<_>>()
+        let findings = entries::of_matrix(name).unwrap_or_else(|error| vec![error]);
+        named(name, findings)
     };
-    found.extend(scenes.par_iter().flat_map_iter(of_matrix).collect::<Vec<_>>());
-    found
+    findings.extend(scenes.par_iter().flat_map_iter(of_matrix).collect::<Vec<_>>());
+    findings
 }
 
 /// Form factors of pairs of faces, many of them, against rays.
@@ -500,17 +508,17 @@ fn whole_scenes(_: &Setting<'_>) -> Vec<String> {
         let first = violation.faults.first().map_or("", String::as_str);
         format!("{}: {}: {first}", violation.name, violation.subject.name())
     };
-    let mut found: Vec<String> = table.violations.iter().map(of).collect();
+    let mut findings: Vec<String> = table.violations.iter().map(of).collect();
     // No gate forbids an estimate that is off now and then; of these scenes none is.
     let off = table.statements.iter().filter(|(_, judged)| judged.verdict == scenes::judge::Verdict::Off);
-    found.extend(off.map(|(name, judged)| {
+    findings.extend(off.map(|(name, judged)| {
         let statement = &judged.statement;
         format!("{name}: {}: {:e}, estimated to {:e}, is off", statement.of.name(), statement.value, statement.stated.size())
     }));
     if table.judged() == 0 {
-        found.push("no bound of a scene was judged".to_owned());
+        findings.push("no bound of a scene was judged".to_owned());
     }
-    found
+    findings
 }
 
 #[cfg(test)]
@@ -521,7 +529,7 @@ mod tests {
     fn a_run_without_a_witness_says_so() {
         let gates = Gates::from_toml(include_str!("../../../data/gates.toml")).unwrap();
         let setting = Setting { gates: &gates, witnesses: &[], records: &[], first: None, made: Made::All };
-        assert_eq!([witnesses(&setting), records("records", Asked::Core, &setting)].map(|found| found.len()), [1, 1]);
+        assert_eq!([witnesses(&setting), records("records", Asked::Core, &setting)].map(|findings| findings.len()), [1, 1]);
     }
 
     #[test]

@@ -1,20 +1,20 @@
-//! Second derivatives and irradiance vectors against what they are made of: differences of gradients, and radiosities of receivers that
-//! are turned, all to many digits.
+//! Second derivatives against differences of gradients, and irradiance vectors against radiosities of turned receivers, both to many digits.
 //!
-//! `record` holds these answers to the same formula with a tighter tolerance, which tells nothing of the formula. Nothing here is asked
-//! where the truth is not smooth: there differences by two steps are not the same.
+//! `record` holds these answers to the same formula with a tighter tolerance, which tells nothing of the formula. A case in which differences
+//! by two steps disagree is left out: its truth is not smooth.
 
 use std::f64::consts::PI;
 
 use glam::{DMat3, DVec3};
 use radgrad_core::{Receiver, hessian_to, irradiance_vector_to};
 use radgrad_scene::case::Problem;
+use radgrad_scene::smallest;
 
 use crate::bounds::digits;
 use crate::truth::Truth;
 
 /// Digits of the truth.
-const DIGITS: u32 = 20;
+pub(crate) const DIGITS: u32 = 20;
 
 /// The step over the distance of the nearest vertex; the second one is half of it.
 const STEP: f64 = 1.0 / 1024.0;
@@ -22,15 +22,15 @@ const STEP: f64 = 1.0 / 1024.0;
 /// What differences by the two steps may be apart, over the size of the matrix.
 const SMOOTH: f64 = 1e-7;
 
-/// What is wrong with the second derivatives and the irradiance vector of a case; `None` if no truth is known of either.
+/// Violations by the second derivatives and the irradiance vector of a case; `None` if neither has a truth to compare with.
 #[must_use]
 pub fn wrong(problem: &Problem, tolerance: f64) -> Option<Vec<String>> {
     let (second, vector) = (second_derivatives(problem, tolerance), irradiance_vector(problem, tolerance));
     (second.is_some() || vector.is_some()).then(|| second.into_iter().chain(vector).flatten().collect())
 }
 
-/// At another place.
-fn at(problem: &Problem, position: DVec3, normal: DVec3) -> Option<Truth> {
+/// The truth at another place.
+fn truth_at(problem: &Problem, position: DVec3, normal: DVec3) -> Option<Truth> {
     let receiver = Receiver::new(position, normal, problem.receiver.reflectance()).ok()?;
     digits::enclosure(&Problem { receiver, ..problem.clone() }, DIGITS).ok()
 }
@@ -38,15 +38,18 @@ fn at(problem: &Problem, position: DVec3, normal: DVec3) -> Option<Truth> {
 fn second_derivatives(problem: &Problem, tolerance: f64) -> Option<Option<String>> {
     let Problem { receiver, emitter, occluders, .. } = problem;
     let (x, normal) = (receiver.position(), receiver.normal());
-    let nearest = emitter.polygon().vertices().iter().map(|vertex| vertex.distance(x)).fold(f64::INFINITY, f64::min);
+    let nearest = emitter.polygon().vertices().iter().map(|vertex| vertex.distance(x)).fold(f64::INFINITY, smallest);
     let differences = |step: f64| -> Option<DMat3> {
         let column = |axis: DVec3| -> Option<DVec3> {
             let gradient = |steps: f64| -> Option<(f64, DVec3)> {
                 let there = x + axis * (steps * step);
-                Some(((there - x).dot(axis), DVec3::from(at(problem, there, normal)?.gradient.each_ref().map(|g| g.to_f64()))))
+                Some((
+                    (there - x).dot(axis),
+                    DVec3::from(truth_at(problem, there, normal)?.gradient.each_ref().map(|g| g.to_f64())),
+                ))
             };
             let [a, b, c, d] = [gradient(-2.0)?, gradient(-1.0)?, gradient(1.0)?, gradient(2.0)?];
-            // Of fourth order: what is added of the wider difference takes the third derivatives away.
+            // A difference of fourth order: the wider one cancels the third derivatives.
             Some((c.1 - b.1) / (c.0 - b.0) * (4.0 / 3.0) - (d.1 - a.1) / (d.0 - a.0) / 3.0)
         };
         Some(DMat3::from_cols(column(DVec3::X)?, column(DVec3::Y)?, column(DVec3::Z)?))
@@ -57,10 +60,10 @@ fn second_derivatives(problem: &Problem, tolerance: f64) -> Option<Option<String
     if !(size(wide - narrow) < room && room.is_normal()) {
         return None;
     }
-    let found = hessian_to(receiver, emitter, occluders, tolerance).ok()?;
-    let off = size(found.matrix - narrow);
-    let holds = (0.0..=found.error + room).contains(&off);
-    Some((!holds).then(|| format!("second derivatives to {tolerance:e} are off by {off:e}, the bound is {:e}", found.error)))
+    let answer = hessian_to(receiver, emitter, occluders, tolerance).ok()?;
+    let error = size(answer.matrix - narrow);
+    let holds = (0.0..=answer.error + room).contains(&error);
+    Some((!holds).then(|| format!("second derivatives to {tolerance:e} are off by {error:e}, the bound is {:e}", answer.error)))
 }
 
 /// Where all of the emitter is above the horizon, what a receiver gets is the component along its normal.
@@ -75,13 +78,13 @@ fn irradiance_vector(problem: &Problem, tolerance: f64) -> Option<Option<String>
     if !normals.iter().all(facing) || !whole(receiver.normal()) || receiver.reflectance() == 0.0 {
         return None;
     }
-    let found = irradiance_vector_to(receiver, emitter, occluders, tolerance).ok()?;
+    let answer = irradiance_vector_to(receiver, emitter, occluders, tolerance).ok()?;
     let mut worst = None;
     for normal in normals {
-        let truth = at(problem, x, normal)?.radiosity.to_f64() * PI / receiver.reflectance();
-        let off = (found.vector.dot(normal) - truth).abs();
-        if !(0.0..=found.error + 1e-14 * truth.abs()).contains(&off) {
-            let what = format!("the irradiance vector to {tolerance:e} is off by {off:e}, the bound is {:e}", found.error);
+        let truth = truth_at(problem, x, normal)?.radiosity.to_f64() * PI / receiver.reflectance();
+        let error = (answer.vector.dot(normal) - truth).abs();
+        if !(0.0..=answer.error + 1e-14 * truth.abs()).contains(&error) {
+            let what = format!("the irradiance vector to {tolerance:e} is off by {error:e}, the bound is {:e}", answer.error);
             worst = Some(what);
         }
     }

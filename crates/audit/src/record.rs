@@ -83,6 +83,13 @@ pub struct Said {
     pub wrong: Vec<String>,
 }
 
+impl Said {
+    /// Of values, each with its bound.
+    fn of_pairs(pairs: &[(f64, f64)]) -> Self {
+        Self { statements: pairs.iter().map(|&(value, bound)| Statement::new(&[value], bound)).collect(), wrong: Vec::new() }
+    }
+}
+
 /// What was said.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -317,11 +324,11 @@ fn of_cubature(tolerance: f64, problem: &Problem) -> Result<Said, String> {
     let mut statements = Vec::new();
     for form in [Form::Surface, Form::Contour, Form::Boundary] {
         let source = SourceFunction::Emitter(emitter);
-        let found = cubature::integrate_form(&problem.receiver, emitter.polygon(), source, form, tolerance, CUBATURE);
-        let found = found.map_err(|error| error.to_string())?;
-        statements.push(Statement::new(&[found.radiosity], found.radiosity_error));
-        statements.push(Statement::new(&found.gradient.to_array(), found.gradient_error));
-        statements.push(Statement::new(&[], found.evaluations as f64));
+        let integral = cubature::integrate_form(&problem.receiver, emitter.polygon(), source, form, tolerance, CUBATURE);
+        let integral = integral.map_err(|error| error.to_string())?;
+        statements.push(Statement::new(&[integral.radiosity], integral.radiosity_error));
+        statements.push(Statement::new(&integral.gradient.to_array(), integral.gradient_error));
+        statements.push(Statement::new(&[], integral.evaluations as f64));
     }
     Ok(Said { statements, wrong: Vec::new() })
 }
@@ -339,13 +346,13 @@ fn of_samples(count: u32, problem: &Problem) -> Result<Said, String> {
     ];
     let mut said = Said::default();
     for (sampling, sequence) in [Sampling::SolidAngle, Sampling::Area].into_iter().zip(sequences) {
-        let found = monte_carlo::integrate(receiver, emitter, occluders, sampling, sequence, CONFIDENCE);
-        let found = found.map_err(|error| error.to_string())?;
-        for limits in std::iter::once(found.radiosity).chain(found.gradient) {
+        let sampled = monte_carlo::integrate(receiver, emitter, occluders, sampling, sequence, CONFIDENCE);
+        let sampled = sampled.map_err(|error| error.to_string())?;
+        for limits in std::iter::once(sampled.radiosity).chain(sampled.gradient) {
             let widths = [limits.student, limits.distribution_free].map(|interval| 0.5 * interval.width());
             said.statements.extend(widths.map(|width| Statement::new(&[limits.mean], width)));
         }
-        let free = found.radiosity.distribution_free;
+        let free = sampled.radiosity.distribution_free;
         let (low, high) = truth.bounds();
         if low > free.high || high < free.low {
             said.wrong.push(format!("sampled {:e} to {:e}, it is {low:e} to {high:e}", free.low, free.high));
@@ -356,8 +363,7 @@ fn of_samples(count: u32, problem: &Problem) -> Result<Said, String> {
 
 /// Of a mean and of points with their limits.
 fn of_walks(rays: u32, name: scenes::family::Name) -> Result<Said, String> {
-    let said = scenes::truth::recorded(&name.model(), rays)?;
-    Ok(Said { statements: said.iter().map(|(value, bound)| Statement::new(&[*value], *bound)).collect(), wrong: Vec::new() })
+    Ok(Said::of_pairs(&scenes::truth::recorded(&name.model(), rays)?))
 }
 
 /// Cells along a side of the sheet of lamps.
@@ -403,8 +409,7 @@ fn of_tree(index: u64) -> Result<Said, String> {
 }
 
 fn of_scene(subject: Subject, name: scenes::family::Name) -> Result<Said, String> {
-    let said = scenes::statement::recorded(&name.model(), subject)?;
-    Ok(Said { statements: said.iter().map(|(value, bound)| Statement::new(&[*value], *bound)).collect(), wrong: Vec::new() })
+    Ok(Said::of_pairs(&scenes::statement::recorded(&name.model(), subject)?))
 }
 
 /// All records of the files `*.jsonl` in a folder, by file name.

@@ -116,8 +116,8 @@ impl Mesh {
         for (face, polygon) in polygons.iter().enumerate().filter(|(face, _)| exchanges[*face]) {
             let close = if matches!(cut, Cut::Few) { contact::CLOSE } else { 0.0 };
             let is_shortened = matches!(cut, Cut::Few) && is_long(polygon.vertices()) && polygon.area() >= LARGE * area;
-            let shortened = is_shortened.then(|| slices(polygon.vertices())).flatten();
-            let whole = shortened.as_ref().unwrap_or(&convex[face]);
+            let sliced = (is_shortened || slices_are_few).then(|| slices(polygon.vertices())).flatten();
+            let whole = sliced.as_ref().filter(|_| is_shortened).unwrap_or(&convex[face]);
             let by_feet = || contact::cut(polygon, whole, others(face, close), close);
             let squares = || {
                 let parts = by_feet().unwrap_or_else(|| convex[face].clone()).into_iter();
@@ -130,8 +130,8 @@ impl Mesh {
                 Cut::Squares => Some(squares()),
                 Cut::Parts(parts) => parts.get(face).filter(|parts| !parts.is_empty()).cloned(),
             };
-            let sliced = || slices_are_few.then(|| slices(polygon.vertices())).flatten();
-            let of_face = match given.or_else(by_feet).or_else(sliced).or(shortened) {
+            let parts = given.or_else(by_feet);
+            let of_face = match parts.or(sliced) {
                 None => Element::of_face(polygon, face, &bases)?,
                 Some(parts) => {
                     let mut elements = Vec::new();

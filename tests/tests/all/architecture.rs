@@ -37,7 +37,7 @@ fn in_workspace(path: &str) -> PathBuf {
 }
 
 /// The file of a path, which is under core's sources unless it says otherwise.
-fn found(path: &str) -> Option<PathBuf> {
+fn located(path: &str) -> Option<PathBuf> {
     [in_workspace("crates/core/src"), in_workspace("crates"), in_workspace("")]
         .into_iter()
         .map(|folder| folder.join(path))
@@ -51,8 +51,8 @@ fn quoted(line: &str) -> impl Iterator<Item = &str> {
 
 /// The name by which a link finds a heading.
 fn anchor(heading: &str) -> String {
-    let kept = heading.to_lowercase().chars().filter(|c| c.is_alphanumeric() || *c == ' ' || *c == '-').collect::<String>();
-    kept.trim().replace(' ', "-")
+    let letters = heading.to_lowercase().chars().filter(|c| c.is_alphanumeric() || *c == ' ' || *c == '-').collect::<String>();
+    letters.trim().replace(' ', "-")
 }
 
 #[test]
@@ -70,7 +70,7 @@ fn every_file_that_is_named_exists() {
         for file in text.lines().flat_map(quoted).filter(|file| file.ends_with(".rs") && file.contains('/')) {
             // What each crate has.
             let is_of_each = file == "tests/all/main.rs";
-            assert!(is_of_each || found(file).is_some(), "{name}: there is no {file}");
+            assert!(is_of_each || located(file).is_some(), "{name}: there is no {file}");
             checked += 1;
         }
     }
@@ -84,7 +84,7 @@ fn every_item_of_a_table_stands_in_the_file_before_it() {
         let mut file = None;
         for name in quoted(line) {
             if name.ends_with(".rs") {
-                file = found(name);
+                file = located(name);
             } else if let Some(file) = file.as_ref().filter(|_| name.chars().all(|c| c.is_alphanumeric() || c == '_')) {
                 let is_next = line.contains(&format!("`: `{name}`")) || line.contains(&format!("`, `{name}`"));
                 if is_next {

@@ -37,11 +37,11 @@ impl Written {
     }
 
     fn write(&mut self, source: &str, range: Range<usize>, mut faults: &[(usize, &Drawn)]) {
-        let mut at = range.start;
+        let mut copied = range.start;
         while let [(number, Drawn { fault, .. }), rest @ ..] = faults {
-            self.text += &source[at..fault.range.start];
-            at = fault.range.end;
-            let within = rest.iter().take_while(|(_, other)| other.fault.range.start < at).count();
+            self.text += &source[copied..fault.range.start];
+            copied = fault.range.end;
+            let within = rest.iter().take_while(|(_, other)| other.fault.range.start < copied).count();
             let start = self.text.len();
             let (before, after) = match &fault.form {
                 Form::LeftOut => (format!("if !::fault::on({number}) {{ "), " }".to_owned()),
@@ -59,7 +59,7 @@ impl Written {
             self.places.push((start..self.text.len(), *number));
             faults = &rest[within..];
         }
-        self.text += &source[at..range.end];
+        self.text += &source[copied..range.end];
     }
 
     /// Whose these bytes are: the smallest place around them; else those among them, else the nearest.
@@ -173,7 +173,7 @@ impl Copy {
         for message in messages.filter(|message| message.level == "error" && !message.spans.is_empty()) {
             let mut spans = message.spans.iter().collect::<Vec<_>>();
             spans.sort_by_key(|span| !span.is_primary);
-            let blamed = spans.into_iter().flat_map(Span::all).find_map(|span| {
+            let blamed = spans.into_iter().flat_map(Span::with_callers).find_map(|span| {
                 let blamed = self.written.get(&span.file_name)?.blamed(&(span.byte_start..span.byte_end));
                 (!blamed.is_empty()).then_some(blamed)
             });
@@ -221,10 +221,10 @@ struct Expansion {
 
 impl Span {
     /// It, and where the macro that wrote it was called.
-    fn all(&self) -> Vec<&Self> {
-        let mut all = vec![self];
-        all.extend(self.expansion.iter().flat_map(|expansion| expansion.span.all()));
-        all
+    fn with_callers(&self) -> Vec<&Self> {
+        let mut spans = vec![self];
+        spans.extend(self.expansion.iter().flat_map(|expansion| expansion.span.with_callers()));
+        spans
     }
 }
 
@@ -278,8 +278,8 @@ mod tests {
              true }}; }} false }}"
         );
         assert_eq!(written.text, wanted);
-        let at = written.text.find("2.0 }").unwrap();
-        assert_eq!(written.blamed(&(at..at + 3)), [2]);
+        let start = written.text.find("2.0 }").unwrap();
+        assert_eq!(written.blamed(&(start..start + 3)), [2]);
         assert_eq!(written.blamed(&(0..written.text.len())).len(), 4);
         syn::parse_file(&written.text).unwrap();
     }

@@ -153,7 +153,7 @@ impl Places<'_> {
 
     fn method_call(&mut self, whole: Span, call: &ExprMethodCall) {
         let swapped = |operator, other| Some((operator, self.with(whole, call.method.span(), other)));
-        let found = match call.method.to_string().as_str() {
+        let fault = match call.method.to_string().as_str() {
             "min" => swapped("min to max", "max"),
             "max" => swapped("max to min", "min"),
             "floor" => swapped("floor to ceil", "ceil"),
@@ -167,7 +167,7 @@ impl Places<'_> {
             }
             _ => None,
         };
-        if let Some((operator, faulty)) = found {
+        if let Some((operator, faulty)) = fault {
             self.push(whole, operator, faulty);
         }
     }
@@ -345,10 +345,10 @@ impl<'ast> Visit<'ast> for Places<'_> {
                 return;
             }
             Expr::Index(index) => {
-                let at = index.index.span();
+                let place = index.index.span();
                 if !matches!(&*index.index, Expr::Range(_)) {
-                    let faulty = format!("(({}) + 1) % ({}).len()", self.text(at), self.text(index.expr.span()));
-                    self.push(at, "next index", faulty);
+                    let faulty = format!("(({}) + 1) % ({}).len()", self.text(place), self.text(index.expr.span()));
+                    self.push(place, "next index", faulty);
                 }
                 // The number of a place, and the name of a table, are no quantities.
                 if !matches!(&*index.index, Expr::Lit(_)) {
@@ -380,14 +380,13 @@ mod tests {
     use super::*;
 
     /// The text of each place, what is done to it and what stands there then.
-    fn found(source: &str) -> Vec<(String, &'static str, String)> {
-        let found = faults(source).unwrap();
-        found.into_iter().map(|fault| (source[fault.range].to_owned(), fault.operator, fault.faulty)).collect()
+    fn listed(source: &str) -> Vec<(String, &'static str, String)> {
+        faults(source).unwrap().into_iter().map(|fault| (source[fault.range].to_owned(), fault.operator, fault.faulty)).collect()
     }
 
     fn has(source: &str, place: &str, operator: &str, faulty: &str) {
-        let all = found(source);
-        assert!(all.iter().any(|(p, o, f)| p == place && *o == operator && f == faulty), "{place} {operator}: {all:#?}");
+        let places = listed(source);
+        assert!(places.iter().any(|(p, o, f)| p == place && *o == operator && f == faulty), "{place} {operator}: {places:#?}");
     }
 
     #[test]
@@ -425,16 +424,16 @@ mod tests {
             "fn f(a: [f64; 3]) { match g { 3 | 4..=5 => {} _ => {} } }",
             "enum A { B = 3 }",
         ] {
-            assert_eq!(found(source), [], "{source}");
+            assert_eq!(listed(source), [], "{source}");
         }
     }
 
     #[test]
     fn no_fault_is_the_text_that_it_replaces() {
         let source = include_str!("places.rs");
-        let all = found(source);
-        assert!(all.len() > 100);
-        for (place, operator, faulty) in all {
+        let places = listed(source);
+        assert!(places.len() > 100);
+        for (place, operator, faulty) in places {
             let is_expression = operator == "left out" || syn::parse_str::<Expr>(&faulty).is_ok();
             assert!(place != faulty && is_expression, "{place}, {operator}: {faulty}");
         }
@@ -443,8 +442,8 @@ mod tests {
     #[test]
     fn only_what_can_be_asked_twice_is_told() {
         let told = |source| {
-            let all = faults(source).unwrap();
-            matches!(all.iter().find(|fault| fault.operator == "< to <=").unwrap().form, Form::Told(_))
+            let places = faults(source).unwrap();
+            matches!(places.iter().find(|fault| fault.operator == "< to <=").unwrap().form, Form::Told(_))
         };
         assert!(told("fn f(a: f64) -> bool { a.abs() < 2.0 * b[3] }"));
         assert!(!told("fn f(a: f64) -> bool { i.next() < a }"));

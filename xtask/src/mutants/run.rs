@@ -170,11 +170,11 @@ fn ended(command: &mut Command) -> Result<Option<ExitStatus>, Box<dyn Error>> {
 
 /// Seconds of user and system, as the shell's `times` writes them: `0m1.230s 0m0.040s`.
 fn of_times(line: &str) -> Option<f64> {
-    let of = |word: &str| {
+    let parsed = |word: &str| {
         let (minutes, seconds) = word.strip_suffix('s')?.split_once('m')?;
         Some(60.0 * minutes.parse::<f64>().ok()? + seconds.parse::<f64>().ok()?)
     };
-    line.split_whitespace().map(of).sum()
+    line.split_whitespace().map(parsed).sum()
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! What became of the drawn faults: the score, its limits, and what is known of survivors.
 
 use std::error::Error;
+use std::fmt;
 use std::fs;
 use std::path::Path;
 
@@ -73,7 +74,7 @@ pub(crate) enum Verdict {
 }
 
 impl Verdict {
-    const fn name(self) -> &'static str {
+    pub(crate) const fn name(self) -> &'static str {
         match self {
             Self::ByTruth => "by truth",
             Self::ByRecord => "by the record",
@@ -139,14 +140,21 @@ pub(crate) struct Share {
 
 impl Share {
     /// Clopper and Pearson's limits (Biometrika 26, 1934).
-    pub(crate) fn of(count: usize, all: usize) -> Self {
-        let (k, n) = (count as f64, all as f64);
+    pub(crate) fn new(count: usize, total: usize) -> Self {
+        let (k, n) = (count as f64, total as f64);
         let quantile = |a: f64, b: f64, p: f64| Beta::new(a, b).map_or(f64::NAN, |beta| beta.inverse_cdf(p));
         Self {
             share: rounded(k / n),
             at_least: rounded(if count == 0 { 0.0 } else { quantile(k, n - k + 1.0, 0.5 * DOUBT) }),
-            at_most: rounded(if count == all { 1.0 } else { quantile(k + 1.0, n - k, 1.0 - 0.5 * DOUBT) }),
+            at_most: rounded(if count == total { 1.0 } else { quantile(k + 1.0, n - k, 1.0 - 0.5 * DOUBT) }),
         }
+    }
+}
+
+impl fmt::Display for Share {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { share, at_least, at_most } = self;
+        write!(f, "{:.1} % ({:.1} to {:.1})", 100.0 * share, 100.0 * at_least, 100.0 * at_most)
     }
 }
 
@@ -177,7 +185,7 @@ pub(crate) struct Summary<'a> {
 }
 
 impl<'a> Summary<'a> {
-    pub(crate) fn of(rows: &'a [Row], [seed, refused]: [u64; 2], seconds: f64) -> Self {
+    pub(crate) fn new(rows: &'a [Row], [seed, refused]: [u64; 2], seconds: f64) -> Self {
         let count = |verdict| rows.iter().filter(|row| row.verdict == verdict).count();
         let [by_truth, by_record, harmless] = [Verdict::ByTruth, Verdict::ByRecord, Verdict::Harmless].map(count);
         let counted = rows.len() - harmless;
@@ -191,8 +199,8 @@ impl<'a> Summary<'a> {
             harmless,
             seed,
             refused: usize::try_from(refused).unwrap_or(usize::MAX),
-            noticed_share: Share::of(by_truth + by_record, counted),
-            truth_share: Share::of(by_truth, counted),
+            noticed_share: Share::new(by_truth + by_record, counted),
+            truth_share: Share::new(by_truth, counted),
             seconds: seconds.round(),
             survivors: rows.iter().filter(|row| !row.is_noticed()).collect(),
         }
@@ -211,16 +219,13 @@ pub(crate) fn printed(summary: &Summary<'_>) -> String {
         table.add_row([&row.place, row.operator, row.verdict.name(), &row.line, &row.by]);
     }
     let Summary { drawn, by_truth, by_record, unnoticed, never_differs, unreached, harmless, seed, seconds, .. } = summary;
-    let limits = |Share { share, at_least, at_most }: Share| {
-        format!("{:.1} % ({:.1} to {:.1})", 100.0 * share, 100.0 * at_least, 100.0 * at_most)
-    };
     format!(
         "{}\n{drawn} faults drawn with seed {seed}: {by_truth} noticed by truth, {by_record} by the record alone, {unnoticed} not \
          ({unreached} of them where no check comes, {never_differs} where it gives no other value), {harmless} harmless; {seconds:.0} s\n\
          of those that are not harmless {} are noticed, {} by truth",
         fitted(table),
-        limits(summary.noticed_share),
-        limits(summary.truth_share),
+        summary.noticed_share,
+        summary.truth_share,
     )
 }
 
@@ -246,8 +251,8 @@ mod tests {
     #[test]
     fn limits_are_those_of_the_binomial_distribution() {
         // Of 9 in 10 they are known to be 0.5550 and 0.9975.
-        assert_eq!(Share::of(9, 10), Share { share: 0.9, at_least: 0.555, at_most: 0.9975 });
-        assert_eq!((Share::of(0, 10).at_least, Share::of(10, 10).at_most), (0.0, 1.0));
+        assert_eq!(Share::new(9, 10), Share { share: 0.9, at_least: 0.555, at_most: 0.9975 });
+        assert_eq!((Share::new(0, 10).at_least, Share::new(10, 10).at_most), (0.0, 1.0));
     }
 
     #[test]
@@ -270,7 +275,7 @@ mod tests {
             row(Seen::NeverDiffers, &none),
             row(Seen::Unreached, &none),
         ];
-        let summary = Summary::of(&rows, [7, 1], 1.5);
+        let summary = Summary::new(&rows, [7, 1], 1.5);
         insta::assert_snapshot!(format!("{}\n{}", serde_json::to_string_pretty(&summary).unwrap(), printed(&summary)));
     }
 

@@ -14,7 +14,7 @@ use super::errata::Misprint;
 use super::histogram::{self, value};
 use super::rungs;
 use super::table::{Cell, Table};
-use crate::mutants::score::Share;
+use crate::mutants::score::{Share, Verdict};
 
 /// A number of a file, sorted as the number that it is.
 fn figure(text: &str) -> Cell {
@@ -254,13 +254,9 @@ pub(super) fn faults(text: &str) -> Result<Vec<Fault>, Box<dyn Error>> {
 
 /// How many were noticed, with the limits of the share.
 pub(super) fn faults_told(faults: &[Fault]) -> String {
-    let count = |verdict: &str| faults.iter().filter(|fault| fault.verdict == verdict).count();
-    let [truth, record, harmless] = ["by truth", "by the record", "harmless"].map(count);
-    let counted = faults.len() - harmless;
-    let share = |count: usize| {
-        let Share { share, at_least, at_most } = Share::of(count, counted);
-        format!("{:.1} % ({:.1} to {:.1})", 100.0 * share, 100.0 * at_least, 100.0 * at_most)
-    };
+    let count = |verdict: Verdict| faults.iter().filter(|fault| fault.verdict == verdict.name()).count();
+    let [truth, record, harmless] = [Verdict::ByTruth, Verdict::ByRecord, Verdict::Harmless].map(count);
+    let share = |count: usize| Share::new(count, faults.len() - harmless);
     let seeds: BTreeSet<u64> = faults.iter().map(|fault| fault.seed).collect();
     let seeds: Vec<String> = seeds.iter().map(u64::to_string).collect();
     format!(
@@ -277,7 +273,8 @@ pub(super) fn faults_told(faults: &[Fault]) -> String {
 pub(super) fn survivors(faults: &[Fault]) -> Table {
     let caption = "Drawn faults that no check noticed: the place, the fault, and the line that it stands in";
     let mut table = Table::new(caption, &["faults.csv"], &["place", "fault", "verdict", "line", "~why it is harmless"]);
-    for fault in faults.iter().filter(|fault| !fault.verdict.starts_with("by ")) {
+    let noticed = [Verdict::ByTruth, Verdict::ByRecord].map(Verdict::name);
+    for fault in faults.iter().filter(|fault| !noticed.contains(&fault.verdict.as_str())) {
         let Fault { place, operator, line, verdict, by, .. } = fault;
         table.push([Cell::code(place), Cell::from(operator), Cell::from(verdict), Cell::code(line), Cell::from(by)]);
     }

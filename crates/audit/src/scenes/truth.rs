@@ -156,13 +156,13 @@ pub(crate) fn recorded(model: &Model, rays: u32) -> Result<Vec<(f64, f64)>, Stri
     let (scene, said) = (model.oracle(0).map_err(|error| error.to_string())?, |error: radgrad_oracle::Error| error.to_string());
     let points: Vec<Point> = model.probes.iter().map(|p| Point { face: p.part, position: p.position }).collect();
     let effort = Effort { rays: rays as usize, rays_a_point: rays as usize, ..EFFORT };
-    let mut known = Vec::new();
+    let mut truths = Vec::new();
     for kind in [Kind::Particles, Kind::NextEvent, Kind::Plain] {
         let truth = scene.truth_of_kind(&points, &effort, kind).map_err(said)?;
-        known.extend(std::iter::once(truth.reflected).chain(truth.points));
+        truths.extend(std::iter::once(truth.reflected).chain(truth.points));
     }
-    known.extend(scene.sights(0, rays, effort.seed, effort.confidence).map_err(said)?);
-    Ok(known.iter().map(|known| (known.value, 0.5 * known.interval.width())).collect())
+    truths.extend(scene.sights(0, rays, effort.seed, effort.confidence).map_err(said)?);
+    Ok(truths.iter().map(|known| (known.value, 0.5 * known.interval.width())).collect())
 }
 
 /// Few rays for all, then all for what these do not tell. Both hold at the confidence asked for, together.

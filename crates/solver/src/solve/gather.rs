@@ -274,10 +274,8 @@ impl Solution {
             if (nearest - station.point).length() > CLOSE * self.mesh.elements()[leaf].radius() {
                 continue;
             }
-            let Some(taken) = self.taken_at(element.face(), nearest) else { continue };
-            let [_, radiosity] = self.corrected_at(leaf, nearest)?;
-            for ((lacking, radiosity), taken) in lacking.iter_mut().zip(radiosity).zip(taken) {
-                let lacks = row.likely_factor() * (radiosity - taken);
+            for (lacking, error) in lacking.iter_mut().zip(self.off_at(leaf, nearest, &[])?.into_iter().flatten()) {
+                let lacks = row.likely_factor() * error;
                 *lacking = [lacking[0] + lacks, lacking[1] + lacks.abs()];
             }
         }

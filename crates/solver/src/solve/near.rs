@@ -97,7 +97,7 @@ impl Solution {
     }
 
     /// The error `C - q` of a place of a leaf, with what edges near by add to it; `None` if q is not known.
-    fn off_at(&self, leaf: usize, place: DVec3, near_edges: &[Lacking]) -> Result<Sample, Error> {
+    pub(super) fn off_at(&self, leaf: usize, place: DVec3, near_edges: &[Lacking]) -> Result<Sample, Error> {
         let face = self.mesh.elements()[leaf].face();
         let sample = || {
             let Some(taken) = self.taken_at(face, place) else { return Ok(None) };
