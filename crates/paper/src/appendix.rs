@@ -26,7 +26,7 @@ mod horizon;
 mod misprint;
 mod surface;
 
-use radgrad_core::DVec3;
+use radgrad_core::{DVec3, Emission, Emitter, Error, Receiver};
 use radgrad_numbers::power::normalising_power;
 
 pub use crate::appendix::misprint::Misprint;
@@ -34,9 +34,6 @@ pub use crate::appendix::misprint::Misprint;
 use crate::appendix::edge::AppendixEdge;
 use crate::appendix::horizon::Vertex;
 use crate::appendix::misprint::Misprints;
-use radgrad_core::Error;
-use radgrad_core::Receiver;
-use radgrad_core::{Emission, Emitter};
 
 /// Radiosity and gradient by appendix A, corrected, or with one `misprint` planted.
 ///

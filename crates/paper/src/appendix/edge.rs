@@ -9,10 +9,9 @@
 //! lose digits where the edge is short beside its distance, `(r/e)^2` in J1 and I2 and `(r/e)^4` in K2, and where `x` is near
 //! the edge's line.
 
-use radgrad_core::DVec3;
+use radgrad_core::{DVec3, Error};
 
 use crate::appendix::misprint::{Misprint, Misprints};
-use radgrad_core::Error;
 
 /// One edge as seen from the receiver, with its integrals.
 #[derive(Debug)]

@@ -1,15 +1,13 @@
 //! The errors of appendix A: the paper's own misprints, and errors that a programmer makes. A check of radiosity or its gradient
 //! that lets one of them pass is too weak.
 
-use radgrad_core::DVec3;
-
-use radgrad_core::Emitter;
-use radgrad_core::Receiver;
+use radgrad_core::{DVec3, Emitter, Receiver};
 
 /// One departure from the corrected appendix A.
 ///
 /// ```
-/// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver, paper, paper::Misprint};
+/// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver};
+/// use radgrad_paper::appendix::{self, Misprint};
 /// let triangle = Polygon::new(vec![DVec3::Z, DVec3::new(0.5, 0.8, 1.0), DVec3::new(1.0, 0.0, 1.0)])?;
 /// let emitter = Emitter::new(triangle, Emission::Constant(1.0))?;
 /// let receiver = Receiver::new(DVec3::new(0.5, 0.3, 0.0), DVec3::Z, 1.0)?;

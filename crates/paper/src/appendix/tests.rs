@@ -1,8 +1,7 @@
 //! Tests of appendix A: the numbers of the paper's scene, and Eq. 1 with its gradient integrated directly elsewhere.
 
 use super::*;
-use radgrad_core::Emission;
-use radgrad_core::Polygon;
+use radgrad_core::{Emission, Polygon};
 
 /// The emitter of the paper's figures A to D.
 fn triangle(emission: Emission) -> Emitter {
