@@ -44,6 +44,10 @@ pub(crate) struct Arguments {
     /// For those that truth does not notice, climb this many rounds for cases that tell; they go to OUT/witnesses.jsonl, for data/worst
     #[arg(long, value_name = "ROUNDS")]
     search: Option<u64>,
+    /// Of the drawn faults only those which nothing noticed in data/tables/faults.csv, in files that begin with this; OUT has what
+    /// became of them in again.csv
+    #[arg(long, value_name = "PATH")]
+    again: Option<String>,
     /// Where the table, the copy of the workspace and its build go
     #[arg(long, default_value = "target/mutants")]
     out: PathBuf,
@@ -56,8 +60,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     fs::create_dir_all(&arguments.out)?;
     let out = fs::canonicalize(&arguments.out)?;
     let (sources, all) = draw::shuffled(&in_workspace("."), arguments.seed)?;
-    let (copy, refused, drawn) = instrumented(&sources, &all, arguments.sample, &out)?;
-    let program = Program { path: copy.program(), out };
+    let (copy, refused, mut drawn) = instrumented(&sources, &all, arguments.sample, &out)?;
+    if let Some(prefix) = &arguments.again {
+        let survivors = score::survivors(&in_workspace("data/tables/faults.csv"), prefix)?;
+        drawn.retain(|&number| survivors.contains(&score::label(&all[number], &sources)));
+    }
+    let program = Program { path: copy.program(), out: out.clone() };
     let is_told = |number: usize| matches!(all[number].fault.form, Form::Told(_));
     let checks = program.checks(&bite::names(), is_told)?;
     let bar = ProgressBar::new(drawn.len() as u64);
@@ -75,7 +83,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     }
     let row = |(number, seen, seconds): (usize, Seen, f64)| Row::new(&all[number], &sources, seen, seconds, &survivors);
     let rows: Vec<Row> = fared.into_iter().map(row).collect();
-    score::write(&rows, arguments.seed, &arguments.out.join("drawn.csv"))?;
+    score::write(&rows, arguments.seed, &out.join(if arguments.again.is_some() { "again.csv" } else { "drawn.csv" }))?;
     let summary = Summary::new(&rows, [arguments.seed, refused as u64], start.elapsed().as_secs_f64());
     if arguments.summary {
         println!("{}", serde_json::to_string(&summary)?);

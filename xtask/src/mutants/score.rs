@@ -1,5 +1,6 @@
 //! What became of the drawn faults: the score, its limits, and what is known of survivors.
 
+use std::collections::{BTreeSet, HashMap};
 use std::error::Error;
 use std::fmt;
 use std::fs;
@@ -240,6 +241,24 @@ pub(crate) fn write(rows: &[Row], seed: u64, file: &Path) -> Result<(), Box<dyn 
         }
         Ok(())
     })
+}
+
+/// File, operator and line, by which a fault is recognised in a table of a commit before.
+pub(crate) fn label(drawn: &Drawn, sources: &[Source]) -> [String; 3] {
+    [&sources[drawn.file].path, drawn.fault.operator, drawn.line(sources).1].map(str::to_owned)
+}
+
+/// Labels of those faults of a table that nothing noticed, in files that begin with a path.
+pub(crate) fn survivors(table: &Path, prefix: &str) -> Result<BTreeSet<[String; 3]>, Box<dyn Error>> {
+    let mut labels = BTreeSet::new();
+    for row in csv::Reader::from_path(table)?.deserialize() {
+        let row: HashMap<String, String> = row?;
+        let is_noticed = [Verdict::ByTruth, Verdict::ByRecord].map(Verdict::name).contains(&row["verdict"].as_str());
+        if let Some((path, _)) = row["place"].rsplit_once(':').filter(|(path, _)| path.starts_with(prefix) && !is_noticed) {
+            labels.insert([path, &row["operator"], &row["line"]].map(str::to_owned));
+        }
+    }
+    Ok(labels)
 }
 
 #[cfg(test)]
