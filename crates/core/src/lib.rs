@@ -26,6 +26,7 @@
 //! # Ok::<(), radgrad_core::Error>(())
 //! ```
 
+#[cfg(feature = "batch")]
 pub mod batch;
 mod boundary;
 #[doc(hidden)]

@@ -38,7 +38,7 @@ use crate::batch::receivers::Receivers;
 use crate::batch::span::{EdgeTerms, Span};
 use crate::batch::tile::{Goal, Settled};
 use crate::batch::visible::{BoundarySums, BoundedTotal, Outline, SeenExtent};
-use crate::forms::segment::{X1End, x1_unjoined};
+use crate::forms::segment::X1End;
 use crate::problem::emission::{Emission, Emitter};
 
 /// Lanes of double precision, and vectors of them.
@@ -294,6 +294,14 @@ impl<S: Simd> Met<S> {
     fn nowhere(simd: S) -> Self {
         Self { square: constant(simd, f64::NAN), logarithm: constant(simd, f64::NAN) }
     }
+}
+
+/// As [`x1_between`](crate::forms::segment::x1_between) but for the logarithm: X1 is the term and `pi/4` times that of the quotient.
+#[inline(always)]
+fn x1_unjoined<T: Arithmetic>([start, end]: [[T; 3]; 2], signed: T) -> (T, T) {
+    let (term, back) = (end[0] - start[0], signed.like(0.0).exceeds(signed));
+    let (forward, backward) = (end[1] * start[2], end[2] * start[1]);
+    (T::choose(back, -term, term), T::choose(back, backward, forward) / T::choose(back, forward, backward))
 }
 
 /// A segment's part of X1 between two places along it, as [`x1_unjoined`] gives it, from the distance of its line from x, that of

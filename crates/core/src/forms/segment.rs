@@ -139,11 +139,3 @@ pub(crate) fn x1_between<T: Arithmetic>([start, end]: [[T; 3]; 2], signed: T) ->
     let term = (end[0] - start[0]) + quotient * (signed.like_pi() * signed.like(0.25));
     (T::choose(signed.like(0.0).exceeds(signed), -term, term), quotient)
 }
-
-/// The same but for the logarithm: X1 is the term and `pi/4` times that of the quotient.
-#[inline(always)]
-pub(crate) fn x1_unjoined<T: Arithmetic>([start, end]: [[T; 3]; 2], signed: T) -> (T, T) {
-    let (term, back) = (end[0] - start[0], signed.like(0.0).exceeds(signed));
-    let (forward, backward) = (end[1] * start[2], end[2] * start[1]);
-    (T::choose(back, -term, term), T::choose(back, backward, forward) / T::choose(back, forward, backward))
-}
