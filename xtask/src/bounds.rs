@@ -55,13 +55,13 @@ pub(crate) fn run(arguments: &Arguments, gates: &Gates) -> Result<bool, Box<dyn 
         verify::merged(&arguments.merge)?
     };
     if run.part != Part::WHOLE {
-        println!("{}", summary::of(&table, &run));
+        println!("{}", summary::of(&table, &run, arguments.tables));
         let path = out.join(format!("bounds-{}-of-{}.json", run.part.index + 1, run.part.of));
         files::write(&path, Shard { run, table }.to_json()?)?;
         println!("written to {}; the gates are held against the whole", path.display());
         return Ok(true);
     }
-    let held = judged(&run, &table, gates, out)?;
+    let held = judged(&run, &table, gates, arguments)?;
     let climbed = search::run(arguments, out)?;
     Ok(verify::ended(held.passed & climbed))
 }
@@ -70,7 +70,7 @@ pub(crate) fn run(arguments: &Arguments, gates: &Gates) -> Result<bool, Box<dyn 
 pub(crate) fn small(cases: u64, arguments: &Arguments, gates: &Gates) -> Result<Held, Box<dyn Error>> {
     let Shard { run, table } =
         campaigned(campaign::run(cases, &Family::ALL, arguments.seed, Part::WHOLE).only(&arguments.families()));
-    judged(&run, &table, gates, &arguments.out)
+    judged(&run, &table, gates, arguments)
 }
 
 fn campaigned(run: Run) -> Shard {
@@ -82,8 +82,9 @@ fn campaigned(run: Run) -> Shard {
 }
 
 /// Prints and writes the tables, and holds them against the requirements.
-fn judged(run: &Run, table: &Table, gates: &Gates, out: &Path) -> Result<Held, Box<dyn Error>> {
-    println!("{}", summary::of(table, run));
+fn judged(run: &Run, table: &Table, gates: &Gates, arguments: &Arguments) -> Result<Held, Box<dyn Error>> {
+    let out = &arguments.out;
+    println!("{}", summary::of(table, run, arguments.tables));
     write_whole(&out.join("bounds.csv"), |file| table.write_bounds(file))?;
     write_whole(&out.join("bounds-times.csv"), |file| table.write_times(file))?;
     write_whole(&out.join("bounds-figures.csv"), |file| table.write_figures(file))?;

@@ -23,7 +23,7 @@ use radgrad_oracle::scene::Effort;
 use radgrad_scene::output::write_whole;
 
 use crate::files;
-use crate::summary::{fitted, right_aligned, with_header};
+use crate::summary::Ranked;
 use crate::verify::record::Record;
 use crate::verify::{Arguments, ended, style};
 
@@ -84,7 +84,7 @@ fn hold(cases: u64, plant: bool, effort: &Effort, arguments: &Arguments, gates: 
     println!(
         "{scenes} scenes, seed {}: {judged} statements judged, {wrong} broken or failed\n{}",
         arguments.seed,
-        printed(&table)
+        printed(&table, arguments.tables)
     );
     let mut record = Record::new("scenes", arguments.seed, scenes);
     record.note("judged", judged);
@@ -123,7 +123,7 @@ fn hold(cases: u64, plant: bool, effort: &Effort, arguments: &Arguments, gates: 
         shrink_some(&table.violations, out)?;
     }
     if plant {
-        plant_faults(arguments.seed, out, requirement.missed_faults, &mut record)?;
+        plant_faults(arguments, requirement.missed_faults, &mut record)?;
     }
     if judged == 0 {
         record.violated("scenes: nothing was judged", "cargo xtask verify --scenes");
@@ -149,14 +149,14 @@ pub(crate) fn brackets(pairs: u64, arguments: &Arguments, gates: &Gates) -> Resu
     bar.finish_and_clear();
     write_whole(&out.join("factor-brackets.csv"), |file| found.write(file))?;
     let (tried, outside) = (found.pairs(), found.outside.len());
-    let mut printed = with_header(&brackets::HEADER);
+    let mut printed = Ranked::new(&brackets::HEADER);
     for (family, row) in &found.rows {
-        printed.add_row(row.cells(*family));
+        printed.add(row.outside as f64 * 1e6 + row.error_over_bound, row.cells(*family).into());
     }
     println!(
         "{tried} factors of pairs of faces, seed {}: {outside} brackets outside\n{}",
         arguments.seed,
-        fitted(right_aligned(printed))
+        printed.printed(arguments.tables)
     );
     let mut record = Record::new("factors", arguments.seed, tried);
     record.note("outside", outside);
@@ -183,17 +183,17 @@ pub(crate) fn gradients(scenes: u64, arguments: &Arguments, gates: &Gates) -> Re
     });
     bar.finish_and_clear();
     write_whole(&out.join("gradients.csv"), |file| found.write(file))?;
-    let mut printed = with_header(&gradients::HEADER);
-    found.rows.iter().for_each(|(family, row)| {
-        printed.add_row(row.cells(*family));
-    });
+    let mut printed = Ranked::new(&gradients::HEADER);
+    for (family, row) in &found.rows {
+        printed.add(1.0 - row.within() as f64 / row.errors.len().max(1) as f64, row.cells(*family));
+    }
     let (count, share, requirement) = (found.count(), found.share_within(), gates.scenes());
     println!(
         "{count} gradients, seed {}: {:.1} % within 1 %, estimate over error {:.1} in the median\n{}",
         arguments.seed,
         100.0 * share,
         found.median_estimate().unwrap_or(f64::NAN),
-        fitted(right_aligned(printed))
+        printed.printed(arguments.tables)
     );
     for (name, slope) in &found.beyond {
         let (error, estimate) = (100.0 * slope.error(), slope.estimate_over_error());
@@ -249,8 +249,8 @@ fn said(violation: &Violation) -> String {
     format!("{name}: {}: {first}{rest}", subject.name())
 }
 
-fn printed(table: &Table) -> String {
-    let mut printed = with_header(&[
+fn printed(table: &Table, all_rows: bool) -> String {
+    let mut printed = Ranked::new(&[
         "family",
         "asked",
         "scenes",
@@ -273,9 +273,11 @@ fn printed(table: &Table) -> String {
         cells.extend([scenes, held, broken, off, missed, rough, refused, failed].map(u64::to_string));
         cells.extend([row.median_over_error(), row.median_estimate(), row.median_width()].map(figure));
         cells.push(format!("{:.2}", row.seconds_an_answer()));
-        printed.add_row(cells);
+        // Wrong first, then far beyond its estimate, then slow.
+        let wrong = (broken + failed + missed) as f64 * 1e6 + *off as f64 * 1e3;
+        printed.add(wrong + row.seconds_an_answer(), cells);
     }
-    fitted(right_aligned(printed))
+    printed.printed(all_rows)
 }
 
 /// The first failing scenes of different families with the fewest faces, written as OBJ.
@@ -318,19 +320,19 @@ fn write(model: &Model, name: &str, out: &Path) -> Result<PathBuf, Box<dyn Error
     Ok(file)
 }
 
-fn plant_faults(seed: u64, out: &Path, may_miss: u64, record: &mut Record) -> Result<(), Box<dyn Error>> {
-    let found = find(&Fault::ALL, seed, LOOKED_AT, &EFFORT);
-    let mut printed = with_header(&["fault planted in a scene", "asked", "scenes tried", "caught by"]);
+fn plant_faults(arguments: &Arguments, may_miss: u64, record: &mut Record) -> Result<(), Box<dyn Error>> {
+    let found = find(&Fault::ALL, arguments.seed, LOOKED_AT, &EFFORT);
+    let mut printed = Ranked::new(&["fault planted in a scene", "asked", "scenes tried", "caught by"]);
     let mut table = csv::Writer::from_writer(Vec::new());
     table.write_record(["fault", "subject", "scenes", "caught_by"])?;
     for Found { fault, scenes, by } in &found {
-        let by = by.map_or_else(String::new, |name| name.to_string());
-        let cells = [fault.name().to_owned(), fault.subject().name().to_owned(), scenes.to_string(), by];
+        let caught_by = by.map_or_else(String::new, |name| name.to_string());
+        let cells = [fault.name().to_owned(), fault.subject().name().to_owned(), scenes.to_string(), caught_by];
         table.write_record(&cells)?;
-        printed.add_row(cells);
+        printed.add(if by.is_none() { f64::INFINITY } else { *scenes as f64 }, cells.into());
     }
-    files::write(&out.join("scene-faults.csv"), table.into_inner()?)?;
-    println!("{}", fitted(right_aligned(printed)));
+    files::write(&arguments.out.join("scene-faults.csv"), table.into_inner()?)?;
+    println!("{}", printed.printed(arguments.tables));
     let missed: Vec<&Found> = found.iter().filter(|found| found.by.is_none()).collect();
     record.note("faults_planted", found.len());
     record.note("faults_missed", missed.len());

@@ -5,18 +5,14 @@ use comfy_table::{CellAlignment, ColumnConstraint, Table as Printed};
 use radgrad_audit::family::Family;
 use radgrad_audit::gates::Gates;
 use radgrad_audit::leading::Leading;
-use radgrad_audit::measure::{Kind, Quantity};
+use radgrad_audit::measure::{Kind, Quantity, worse};
 use radgrad_audit::mutants::Mutant;
 use radgrad_audit::table::{FamilyTable, Table};
 
 /// A row a family: the worst errors, alone and over the stated bound, then their medians and 99 %, the worst over the condition,
 /// and outcomes. An exclamation mark stands at a figure beyond its gate.
-pub(crate) fn families(table: &Table, gates: &Gates) -> String {
-    fitted(of_families(table, gates))
-}
-
-fn of_families(table: &Table, gates: &Gates) -> Printed {
-    let mut printed = with_header(&[
+pub(crate) fn families(table: &Table, gates: &Gates) -> Ranked {
+    let mut ranked = Ranked::new(&[
         "family",
         "cases",
         "worst error\nvalue",
@@ -32,9 +28,12 @@ fn of_families(table: &Table, gates: &Gates) -> Printed {
         "not measured",
     ]);
     for (family, figures) in table.families() {
-        printed.add_row(family_row(*family, figures, gates));
+        let over_gate = figures.figures().iter().filter_map(|(quantity, distribution)| {
+            Some(distribution.worst()?.value / gates.gate(*family, *quantity).unwrap_or(0.0))
+        });
+        ranked.add(over_gate.fold(0.0, worse), family_row(*family, figures, gates));
     }
-    right_aligned(printed)
+    ranked
 }
 
 fn family_row(family: Family, table: &FamilyTable, gates: &Gates) -> Vec<String> {
@@ -65,28 +64,63 @@ fn family_row(family: Family, table: &FamilyTable, gates: &Gates) -> Vec<String>
 }
 
 /// A row a slip: in how many cases it breaks the gate, and its worst errors.
-pub(crate) fn mutants(rows: &[Mutant], gate: f64) -> String {
-    fitted(of_mutants(rows, gate))
-}
-
-fn of_mutants(rows: &[Mutant], gate: f64) -> Printed {
-    let mut printed = with_header(&["slip", "cases", "beyond the gate", "value worst", "gradient worst", "verdict"]);
+pub(crate) fn mutants(rows: &[Mutant], gate: f64) -> Ranked {
+    let mut ranked = Ranked::new(&["slip", "cases", "beyond the gate", "value worst", "gradient worst", "verdict"]);
     for row in rows {
-        printed.add_row([
+        // The least noticed slip is the worst.
+        let missed = 1.0 - row.beyond as f64 / row.cases.max(1) as f64;
+        let cells = [
             row.name().to_owned(),
             row.cases.to_string(),
             row.beyond.to_string(),
             format!("{:.1e}", row.value),
             format!("{:.1e}", row.gradient),
             row.verdict(gate).to_owned(),
-        ]);
+        ];
+        ranked.add(if row.slip.is_some() { missed } else { 0.0 }, cells.to_vec());
     }
-    right_aligned(printed)
+    ranked
 }
 
-pub(crate) fn with_header(titles: &[&str]) -> Printed {
+/// A table whose rows have a rank, so that its worst row can stand for it.
+#[derive(Debug)]
+pub(crate) struct Ranked {
+    pub(crate) table: Printed,
+    titles: Vec<String>,
+    worst: Option<(f64, Vec<String>)>,
+}
+
+impl Ranked {
+    pub(crate) fn new(titles: &[&str]) -> Self {
+        let titles: Vec<String> = titles.iter().map(|&title| title.to_owned()).collect();
+        Self { table: with_header(&titles), titles, worst: None }
+    }
+
+    /// Adds a row; of equal ranks the first one stands for the table. NaN ranks highest.
+    pub(crate) fn add(&mut self, rank: f64, cells: Vec<String>) {
+        if self.worst.as_ref().is_none_or(|(worst, _)| rank.total_cmp(worst).is_gt()) {
+            self.worst = Some((rank, cells.clone()));
+        }
+        self.table.add_row(cells);
+    }
+
+    /// The worst row, or all rows, no wider than the terminal.
+    pub(crate) fn printed(self, all_rows: bool) -> String {
+        let rows = self.table.row_count();
+        match self.worst {
+            Some((_, cells)) if !all_rows && rows > 1 => {
+                let mut one = with_header(&self.titles);
+                one.add_row(cells);
+                format!("{}\n(the worst of {rows} rows; --tables prints all)", fitted(right_aligned(one)))
+            }
+            _ => fitted(right_aligned(self.table)),
+        }
+    }
+}
+
+pub(crate) fn with_header<T: AsRef<str>>(titles: &[T]) -> Printed {
     let mut printed = Printed::new();
-    printed.load_style(UTF8_FULL_CONDENSED).set_header(titles.to_vec());
+    printed.load_style(UTF8_FULL_CONDENSED).set_header(titles.iter().map(AsRef::as_ref));
     printed
 }
 
@@ -143,7 +177,22 @@ mod tests {
         let table = Run::of_each(3, &[Family::Generic, Family::EqualVertices], 1).table(|_| ());
         let row = |slip, beyond, value| Mutant { slip, cases: 10, beyond, value, gradient: 2e-12, worst: None };
         let rows = [row(None, 0, 1e-12), row(Some(Misprint::ALL[0]), 7, 0.25), row(Some(Misprint::ALL[1]), 0, 1e-12)];
-        insta::assert_snapshot!(format!("{}\n{}", of_families(&table, &gates), of_mutants(&rows, gates.appendix_a())));
+        let [families, slips] = [families(&table, &gates), mutants(&rows, gates.appendix_a())];
+        insta::assert_snapshot!(format!("{}\n{}", right_aligned(families.table), right_aligned(slips.table)));
+    }
+
+    #[test]
+    fn the_worst_row_stands_for_a_table() {
+        let ranked = |ranks: &[f64]| {
+            let mut ranked = Ranked::new(&["family", "rank"]);
+            ranks.iter().for_each(|rank| ranked.add(*rank, vec!["f".to_owned(), format!("<{rank}>")]));
+            ranked
+        };
+        let short = ranked(&[0.5, 2.0, 1.0]).printed(false);
+        assert!(short.contains("<2>") && !short.contains("<1>") && short.contains("3 rows"), "{short}");
+        assert!(ranked(&[2.0, f64::NAN, 3.0]).printed(false).contains("<NaN>"));
+        let whole = ranked(&[0.5, 2.0]).printed(true);
+        assert!(whole.contains("<0.5>") && whole.contains("<2>") && !whole.contains("--tables"));
     }
 
     #[test]

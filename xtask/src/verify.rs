@@ -61,6 +61,9 @@ pub(crate) struct Arguments {
     /// Gradients instead: as `solve --points` finds them by default, at the points of at least so many scenes, against exact slopes and finer solutions
     #[arg(long, value_name = "SCENES", conflicts_with_all = ["bounds", "scenes", "cases", "factors"])]
     gradients: Option<u64>,
+    /// Print every row of every table, not the worst alone; the files have all rows in any case
+    #[arg(long)]
+    pub(crate) tables: bool,
     /// Only part I of N, counted from 1, written to OUT as shard-I-of-N.json (bounds-I-of-N.json)
     #[arg(long, value_name = "I/N", value_parser = parse_part, conflicts_with = "merge")]
     shard: Option<Part>,
@@ -158,7 +161,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     }
     let start = Instant::now();
     let Shard { run, table } = if arguments.merge.is_empty() { measured(arguments) } else { merged(&arguments.merge)? };
-    println!("{} cases, seed {}\n{}", table.cases(), run.seed, summary::families(&table, &gates));
+    println!("{} cases, seed {}\n{}", table.cases(), run.seed, summary::families(&table, &gates).printed(arguments.tables));
     if run.part != Part::WHOLE {
         let path = arguments.out.join(format!("shard-{}-of-{}.json", run.part.index + 1, run.part.of));
         files::write(&path, Shard { run, table }.to_json()?)?;
@@ -178,7 +181,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     }
     let bounds = bounds::small(BOUNDS[usize::from(arguments.quick)], arguments, &gates)?;
     let witnesses = judge_small(&gates, &mut record)?;
-    let slips = judge_mutants(run.seed, &gates, &arguments.out, &mut record)?;
+    let slips = judge_mutants(run.seed, arguments, &gates, &mut record)?;
     let agreement = judge_oracles(&run, &gates, &mut record);
     compare(&run, arguments, &mut record)?;
     let digits = judge_digits(&run, arguments, &mut record)?;
@@ -308,10 +311,11 @@ fn write_tables(table: &Table, out: &Path) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-fn judge_mutants(seed: u64, gates: &Gates, out: &Path, record: &mut Record) -> Result<usize, Box<dyn Error>> {
+fn judge_mutants(seed: u64, arguments: &Arguments, gates: &Gates, record: &mut Record) -> Result<usize, Box<dyn Error>> {
     let (rows, lost) = mutants(seed, SUBSAMPLE, gates.appendix_a());
-    println!("slips planted in the second implementation\n{}", summary::mutants(&rows, gates.appendix_a()));
-    write_whole(&out.join("mutants.csv"), |file| mutants::write(&rows, gates.appendix_a(), file))?;
+    let table = summary::mutants(&rows, gates.appendix_a());
+    println!("slips planted in the second implementation\n{}", table.printed(arguments.tables));
+    write_whole(&arguments.out.join("mutants.csv"), |file| mutants::write(&rows, gates.appendix_a(), file))?;
     for row in rows.iter().filter(|row| !row.passes(gates.appendix_a())) {
         record.violated(format_args!("mutants: {} is not caught, or the control is", row.name()), "cargo xtask verify");
     }

@@ -213,7 +213,8 @@ pub(crate) fn is_worse(first: f64, second: f64) -> bool {
 }
 
 /// The worse of two, where `f64::max` would drop what is not a number.
-pub(crate) fn worse(a: f64, b: f64) -> f64 {
+#[must_use]
+pub fn worse(a: f64, b: f64) -> f64 {
     if is_worse(b, a) { b } else { a }
 }
 

@@ -4,13 +4,15 @@ use comfy_table::Table as Printed;
 use radgrad_audit::bounds::campaign::{DIGITS_EVERY, MANY_BY_ORACLE_EVERY, MANY_EVERY, ORACLE_EVERY};
 use radgrad_audit::bounds::mark::{Figure, Mark, Rung};
 use radgrad_audit::bounds::table::{FamilyTable, Table};
+use radgrad_audit::measure::worse;
 use radgrad_audit::run::Run;
 
-use crate::summary::{fitted, right_aligned, with_header};
+use crate::summary::{Ranked, fitted, right_aligned, with_header};
 
-/// What was checked against what, then tightness, then who answered.
-pub(crate) fn of(table: &Table, run: &Run) -> String {
-    format!("{}\n{}\n{}", checked(table, run), fitted(tightness(table)), fitted(rungs(table)))
+/// What was checked against what, then tightness, and with all rows also which rung answered.
+pub(crate) fn of(table: &Table, run: &Run, all_rows: bool) -> String {
+    let rungs = if all_rows { format!("\n{}", fitted(rungs(table))) } else { String::new() };
+    format!("{}\n{}{rungs}", checked(table, run), tightness(table).printed(all_rows))
 }
 
 fn checked(table: &Table, run: &Run) -> String {
@@ -45,8 +47,8 @@ fn checked(table: &Table, run: &Run) -> String {
 }
 
 /// A row a family: counts, largest and median of error over bound (the median also as bound over error), tolerances met.
-fn tightness(table: &Table) -> Printed {
-    let mut printed = with_header(&[
+fn tightness(table: &Table) -> Ranked {
+    let mut ranked = Ranked::new(&[
         "family",
         "cases",
         "not 0",
@@ -65,7 +67,8 @@ fn tightness(table: &Table) -> Printed {
         let figure = |value: Option<f64>| value.map_or_else(String::new, |value| format!("{value:.2e}"));
         let inverse = |value: Option<f64>| value.map_or_else(String::new, |value| format!("{:.1}", 1.0 / value));
         let [value, gradient] = [Figure::ValueTightness, Figure::GradientTightness].map(|figure| table.median(figure));
-        printed.add_row([
+        let largest = [Figure::ValueOverBound, Figure::GradientOverBound].map(|figure| table.largest(figure).unwrap_or(0.0));
+        let cells = [
             family.to_string(),
             table.count(Mark::Case).to_string(),
             table.count(Mark::Nonzero).to_string(),
@@ -79,9 +82,10 @@ fn tightness(table: &Table) -> Printed {
             kept(table, Mark::MissesDefault, Mark::Nonzero),
             kept(table, Mark::MissesTight, Mark::Nonzero),
             kept(table, Mark::Blunt, Mark::Answer),
-        ]);
+        ];
+        ranked.add(largest.into_iter().fold(0.0, worse), cells.to_vec());
     }
-    right_aligned(printed)
+    ranked
 }
 
 /// The share of `all` that does not have a mark, in per cent cut (never rounded up to 100).
@@ -133,6 +137,6 @@ mod tests {
         let table = campaign::table(&run, || ());
         // Times are the machine's.
         let titles = rungs(&Table::default());
-        insta::assert_snapshot!(format!("{}\n{}\n{titles}", checked(&table, &run), tightness(&table)));
+        insta::assert_snapshot!(format!("{}\n{}\n{titles}", checked(&table, &run), right_aligned(tightness(&table).table)));
     }
 }
