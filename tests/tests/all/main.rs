@@ -11,6 +11,7 @@ mod hessian;
 mod hundred_digits;
 mod layers;
 mod listed;
+mod names;
 mod polynomial_emission;
 mod properties;
 mod readme;
