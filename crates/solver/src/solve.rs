@@ -127,7 +127,7 @@ const MOST_GROWTH: f64 = 2.0;
 /// ```
 ///
 /// # Errors
-/// If the error asked for is not in (0, 1], the scene is refused as in [`Prepared::of`], a face cannot be cut into elements, light is emitted where it is
+/// If the error asked for is not in (0, 1], the scene is refused as in [`Prepared::new`], a face cannot be cut into elements, light is emitted where it is
 /// never lost or does not settle, or a radiosity is beyond the range of a double.
 pub fn solve<N: Into<Next>>(scene: &Scene, options: &Options, watch: impl FnMut(&Solution) -> N) -> Result<Solution, Error> {
     solve_from(scene, options, &[], watch)
@@ -194,7 +194,7 @@ pub fn solve_for<N: Into<Next>>(
         return Err(Error::Tolerance { value: options.error });
     }
     let started = Clock::started();
-    let ready = Prepared::of(scene)?;
+    let ready = Prepared::new(scene)?;
     let mut options = *options;
     let degree = options.degree.map_or_else(|| degree_for(&ready.scene, &options), Ok)?;
     let mut mesh = match options.marking {

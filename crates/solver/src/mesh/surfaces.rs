@@ -131,9 +131,9 @@ impl Surfaces {
         match &self.textured {
             None => [self.reflectance[face].clone(), self.emitted[face].clone()],
             Some(scene) => {
-                let radiance = scene.at(face, Quantity::Radiance, point);
+                let radiance = scene.value_at(face, Quantity::Radiance, point);
                 let emitted = radiance.into_iter().map(|radiance| std::f64::consts::PI * radiance).collect();
-                [scene.at(face, Quantity::Reflectance, point), emitted]
+                [scene.value_at(face, Quantity::Reflectance, point), emitted]
             }
         }
     }
