@@ -31,10 +31,10 @@ const PATIENCE: f64 = 0.1;
 /// ```
 ///
 /// # Errors
-/// If the request is out of range, or the scene is refused as in [`Prepared::of`].
+/// If the request is out of range, or the scene is refused as in [`Prepared::new`].
 pub fn certify(scene: &Scene, request: &Request) -> Result<Certificate, Error> {
     request.check()?;
-    let prepared = Prepared::of(scene)?;
+    let prepared = Prepared::new(scene)?;
     let model = Model::new(&prepared);
     let lamps = Source::lamps(&model);
     if lamps.power() == 0.0 {
@@ -139,7 +139,7 @@ mod tests {
     fn walks_of_every_kind_have_the_mean_and_no_sum_beyond_its_range() -> Result<(), Error> {
         for reflectances in [[0.5; 8], [0.0, 0.9, 0.3, 0.7, 0.5, 0.2, 0.8, 0.1]] {
             let Room { scene, reflected, .. } = rooms::furnace(reflectances, false);
-            let prepared = Prepared::of(&scene)?;
+            let prepared = Prepared::new(&scene)?;
             let model = Model::new(&prepared);
             let ending = Walks::ending(&model);
             let persistent = ending.persistent().expect("all reflectances are below 1");
@@ -164,7 +164,7 @@ mod tests {
     #[test]
     fn in_a_cube_of_one_grey_walks_come_to_their_range() -> Result<(), Error> {
         let Room { scene, .. } = rooms::cube(0.5);
-        let prepared = Prepared::of(&scene)?;
+        let prepared = Prepared::new(&scene)?;
         let model = Model::new(&prepared);
         let ending = Walks::ending(&model);
         for (walks, least) in [(ending.persistent().expect("grey"), 0.999), (ending, 0.9)] {

@@ -145,7 +145,7 @@ impl<'a> Model<'a> {
 
     fn weigh(&self, quantity: Quantity, unit: f64, face: usize, point: DVec3, weights: &mut [f64]) {
         if self.faces[face].is_textured[quantity as usize] {
-            let values = self.scene.at(face, quantity, point);
+            let values = self.scene.value_at(face, quantity, point);
             weights.iter_mut().zip(values).for_each(|(weight, value)| *weight *= unit * value);
         } else {
             let Face { reflectance, emission, .. } = &self.faces[face];

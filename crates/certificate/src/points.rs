@@ -78,7 +78,7 @@ pub fn certify_points(scene: &Scene, places: &[Place], request: &Request) -> Res
     if places.is_empty() {
         return Ok(Vec::new());
     }
-    let prepared = Prepared::of(scene)?;
+    let prepared = Prepared::new(scene)?;
     let model = Model::new(&prepared);
     let light = Light::new(&model, &prepared, FormFactors::new(scene)?);
     let delta = request.delta / (places.len() * model.channels) as f64;
@@ -279,7 +279,7 @@ mod tests {
 
     /// Holds walks from a point of a room in which the radiosity is 1 to what they must bring, with what they may leave out.
     fn hold(room: &Room, cut: f64) -> Result<(), Error> {
-        let prepared = Prepared::of(&room.scene)?;
+        let prepared = Prepared::new(&room.scene)?;
         let model = Model::new(&prepared);
         let light = Light::new(&model, &prepared, FormFactors::new(&room.scene)?);
         let point = prepared.placement.inward(room.point);
@@ -312,7 +312,7 @@ mod tests {
     #[test]
     fn no_hit_is_brighter_than_the_largest_factor_of_a_lamp() -> Result<(), Error> {
         let scene = rooms::lamp_over_a_floor();
-        let prepared = Prepared::of(&scene)?;
+        let prepared = Prepared::new(&scene)?;
         let model = Model::new(&prepared);
         let light = Light::new(&model, &prepared, FormFactors::new(&scene)?);
         let normal = DVec3::NEG_Z;

@@ -153,7 +153,7 @@ impl SceneCore {
     /// Warnings about properties that a modeller probably did not mean, such as a scene without lamps.
     fn check(&self, py: Python<'_>) -> PyResult<Vec<String>> {
         let scene = &*self.scene;
-        detached(py, false, |_| Ok(radgrad_scene::Prepared::of(scene)?.warnings.iter().map(ToString::to_string).collect()))
+        detached(py, false, |_| Ok(radgrad_scene::Prepared::new(scene)?.warnings.iter().map(ToString::to_string).collect()))
     }
 
     /// Number of faces.

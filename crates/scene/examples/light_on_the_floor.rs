@@ -38,11 +38,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     for step in 1..11 {
         let point = DVec3::new(50.0 * f64::from(step), 0.0, 50.0);
         let Some(beam) = Beam::from_point_of(polygon_of(floor), point, polygon_of(light)) else { continue };
-        let found = index.in_beam(&beam, &[floor, light]).polygons;
-        let hiding = found.iter().map(|&face| polygon_of(face));
+        let between = index.in_beam(&beam, &[floor, light]).polygons;
+        let hiding = between.iter().map(|&face| polygon_of(face));
         let answer = evaluate(&Receiver::new(point, polygon_of(floor).normal(), 1.0)?, &lamp, hiding)?;
         let (factor, bound) = (answer.radiosity, answer.radiosity_error);
-        println!("{:>5} {factor:>10.7} {bound:>8.0e} {:>10.7} {:>9}", point.x, answer.gradient.x, found.len());
+        println!("{:>5} {factor:>10.7} {bound:>8.0e} {:>10.7} {:>9}", point.x, answer.gradient.x, between.len());
     }
     Ok(())
 }

@@ -300,8 +300,8 @@ fn reply(case: &Case, wanted: Wanted) -> Result<Reply, Error> {
         }
         let expression = expression::Expression::parse(expression)?;
         let Parts { receiver, polygon, occluders } = case.parts()?;
-        let found = estimate::estimate(&receiver, &polygon, &occluders, &expression, case.tolerance)?;
-        return EstimateRecord::new(case.id.clone(), &found).map(Reply::Estimate);
+        let answer = estimate::estimate(&receiver, &polygon, &occluders, &expression, case.tolerance)?;
+        return EstimateRecord::new(case.id.clone(), &answer).map(Reply::Estimate);
     }
     let Problem { receiver, emitter, occluders, tolerance } = case.problem()?;
     if let Some(digits) = wanted.digits {

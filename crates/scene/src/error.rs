@@ -322,7 +322,7 @@ impl Error {
 
     /// The same, at a place.
     #[must_use]
-    pub(crate) fn at(self, place: Place) -> Self {
+    pub(crate) fn at_place(self, place: Place) -> Self {
         Self::At { place, fault: Box::new(self) }
     }
 
@@ -359,10 +359,10 @@ impl From<serde_json::Error> for Error {
 fn misspelt(rule: &str) -> Option<String> {
     let (field, known) = rule.strip_prefix("unknown field `")?.rsplit_once("`, expected ")?;
     let distance = |name: &&str| edits(field, name);
-    let known: Vec<&str> = known.split('`').skip(1).step_by(2).collect();
-    let nearest = known.iter().copied().filter(|name| edits(field, name) <= name.len().div_ceil(2)).min_by_key(distance);
+    let fields: Vec<&str> = known.split('`').skip(1).step_by(2).collect();
+    let nearest = fields.iter().copied().filter(|name| edits(field, name) <= name.len().div_ceil(2)).min_by_key(distance);
     let meant = nearest.map_or_else(|| ":".to_owned(), |name| format!(": did you mean `{name}`?"));
-    Some(format!("there is no field {}{meant} there are `{}`", quoted(Some(field)), known.join("`, `")))
+    Some(format!("there is no field {}{meant} there are `{}`", quoted(Some(field)), fields.join("`, `")))
 }
 
 /// The least number of letters to put in, take out or change between two words (Levenshtein), of the first 64.

@@ -138,10 +138,10 @@ impl<'a> FormFactors<'a> {
     /// Builds the index of what may hide what.
     ///
     /// # Errors
-    /// If the scene is refused as in [`Prepared::of`], or a face is too small beside it to be a polygon in its unit.
+    /// If the scene is refused as in [`Prepared::new`], or a face is too small beside it to be a polygon in its unit.
     pub fn new(scene: &'a Scene) -> Result<Self, Error> {
         let emitter = |polygon: &Polygon| Emitter::new(polygon.clone(), Emission::Constant(1.0)).map_err(Error::Emitter);
-        let Prepared { scene: ready, placement, index, warnings } = Prepared::of(scene)?;
+        let Prepared { scene: ready, placement, index, warnings } = Prepared::new(scene)?;
         let emitters = ready.polygons().map(emitter).collect::<Result<_, _>>()?;
         let coordinates = ready.polygons().flat_map(Polygon::vertices).map(|v| v.abs().max_element());
         let power = normalising_power(coordinates.fold(0.0, larger));

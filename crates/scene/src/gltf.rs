@@ -44,7 +44,7 @@ pub fn read(file: &Path, reading: impl Into<Reading>) -> Result<Scene, Error> {
     let reading = reading.into();
     let budget = Budget::new(reading.budget);
     let content = crate::open(file, &budget)?;
-    let folder = Folder::of(file, &reading, &budget);
+    let folder = Folder::beside(file, &reading, &budget);
     parse_within(&content, Intake::new(Scene::new(["r", "g", "b"])?, file, reading, &budget), &mut |name| folder.read(name))?
         .finish()
 }
@@ -67,19 +67,19 @@ pub fn parse(
 
 fn parse_within(content: &[u8], mut intake: Intake, buffer: &mut ReadFile<'_>) -> Result<Intake, Error> {
     let whole = intake.place(Position::File);
-    let (json, binary) = buffer::chunks(content).map_err(|error| error.at(whole.clone()))?;
+    let (json, binary) = buffer::chunks(content).map_err(|error| error.at_place(whole.clone()))?;
     let file = intake.file();
     let json = intake.decode(json, &file)?;
     let memory = document::memory_of(json.as_bytes());
-    intake.budget().take("the document", memory).map_err(|error| error.at(whole.clone()))?;
+    intake.budget().take("the document", memory).map_err(|error| error.at_place(whole.clone()))?;
     let document: Document = serde_json::from_str(&json).map_err(|error| {
         if let Some(version) = document::version_other_than_2(&json) {
-            return document::other_version(&version).at(intake.place(Position::Member("asset.version".to_owned())));
+            return document::other_version(&version).at_place(intake.place(Position::Member("asset.version".to_owned())));
         }
         let place = if binary.is_some() { whole.clone() } else { intake.place(Position::Line(error.line())) };
-        Error::from(error).at(place)
+        Error::from(error).at_place(place)
     })?;
-    let fault = |intake: &Intake, (member, error): Fault| error.at(intake.place(Position::Member(member)));
+    let fault = |intake: &Intake, (member, error): Fault| error.at_place(intake.place(Position::Member(member)));
     document.check().map_err(|error| fault(&intake, error))?;
     note_unused(&document, &mut intake);
     let buffers = buffer::contents(&document, binary, intake.budget(), buffer).map_err(|error| fault(&intake, error))?;
@@ -133,13 +133,13 @@ fn materials(document: &Document, intake: &mut Intake) -> Result<(Vec<usize>, BT
                 if intake.needs_materials() {
                     faults.insert(index, (member, error));
                 } else {
-                    intake.ignore_fault(error.at(place.clone()), "taken as black");
+                    intake.ignore_fault(error.at_place(place.clone()), "taken as black");
                 }
                 intake.add_material(&name, &[0.0; 3], &[0.0; 3])
             }
             added => added,
         };
-        all.push(added.map_err(|error| error.at(place))?);
+        all.push(added.map_err(|error| error.at_place(place))?);
     }
     Ok((all, faults))
 }
@@ -174,7 +174,7 @@ impl Reader<'_> {
     }
 
     fn fault(&self, (member, error): Fault) -> Error {
-        error.at(self.intake.place(Position::Member(member)))
+        error.at_place(self.intake.place(Position::Member(member)))
     }
 
     fn node(&mut self, index: usize, transformation: Transformation) -> Result<(), Error> {
@@ -270,8 +270,8 @@ impl Reader<'_> {
             let place = self.intake.place(Position::Triangle { mesh, primitive, triangle });
             let &[a, b, c] = corners;
             if let Some(wrong) = corners.iter().find(|&&corner| !points[corner].is_finite()) {
-                let found = format!("{} at index {wrong}, {} in the world", part.positions[*wrong], points[*wrong]);
-                return Err(Error::expected("finite positions", found).at(place));
+                let given = format!("{} at index {wrong}, {} in the world", part.positions[*wrong], points[*wrong]);
+                return Err(Error::expected("finite positions", given).at_place(place));
             }
             let (front, back) = if mirrored { ([c, b, a], [a, b, c]) } else { ([a, b, c], [c, b, a]) };
             let outline = |corners: [usize; 3]| Outline {

@@ -38,7 +38,7 @@ pub fn read(file: &Path, reading: impl Into<Reading>) -> Result<Scene, Error> {
     let reading = reading.into();
     let budget = Budget::new(reading.budget);
     let text = crate::open(file, &budget)?;
-    let folder = Folder::of(file, &reading, &budget);
+    let folder = Folder::beside(file, &reading, &budget);
     parse_within(&text, Intake::new(Scene::new(["r", "g", "b"])?, file, reading, &budget), &mut |name| folder.read(name))?
         .finish()
 }
@@ -87,7 +87,9 @@ fn parse_within(text: &[u8], mut intake: Intake, library: &mut ReadFile<'_>) -> 
     for_each_statement(&text, |line, statement| {
         let result = reader.statement(line, statement);
         // An error in a library has its place already.
-        result.map_err(|error| if error.place().is_some() { error } else { error.at(reader.intake.place(Position::Line(line))) })
+        result.map_err(
+            |error| if error.place().is_some() { error } else { error.at_place(reader.intake.place(Position::Line(line))) },
+        )
     })?;
     let Reader { mut intake, vertices, materials, .. } = reader;
     vertices.note_faults(&mut intake);
@@ -174,7 +176,7 @@ impl Reader<'_> {
             "vt" => self.coordinate(line, words)?,
             "f" | "fo" => self.face(line, words)?,
             "o" | "g" => {
-                let name = Intake::checked_name(words.rest())?.split_ascii_whitespace().collect::<Vec<_>>().join(" ");
+                let name = Intake::checked_name(words.remainder())?.split_ascii_whitespace().collect::<Vec<_>>().join(" ");
                 if keyword == "o" {
                     self.object = name;
                     self.group.clear();
@@ -182,7 +184,7 @@ impl Reader<'_> {
                     self.group = name;
                 }
             }
-            "usemtl" => self.material = self.material_named(line, words.rest())?,
+            "usemtl" => self.material = self.material_named(line, words.remainder())?,
             "mtllib" => self.read_libraries(line, words)?,
             "p" | "l" => self.ignore(line, format!("`{keyword}` is no surface: points and lines are left out")),
             "vn" | "vp" | "s" | "mg" | "bevel" | "c_interp" | "d_interp" | "lod" | "shadow_obj" | "trace_obj" | "maplib"
@@ -205,7 +207,7 @@ impl Reader<'_> {
     }
 
     fn vertex(&mut self, line: usize, mut words: Words<'_>) -> Result<(), Error> {
-        let read = words.coordinates(["x", "y", "z"]).map_err(|error| error.at(self.intake.place(Position::Line(line))));
+        let read = words.coordinates(["x", "y", "z"]).map_err(|error| error.at_place(self.intake.place(Position::Line(line))));
         let mut further = words.clone();
         match (further.next().map(str::parse::<f64>), further.is_empty()) {
             (None | Some(Ok(1.0)), true) => {}
@@ -261,8 +263,8 @@ impl Reader<'_> {
         if mappings.iter().all(Option::is_none) {
             return Ok([None, None]);
         }
-        let known = self.known_coordinates(line, corners);
-        let uv = match known {
+        let coordinates = self.known_coordinates(line, corners);
+        let uv = match coordinates {
             Ok(Some(uv)) => uv,
             Ok(None) => return Ok([None, None]),
             Err(error) if self.intake.needs_materials() => return Err(error),
@@ -333,21 +335,21 @@ impl Reader<'_> {
             self.ignore(line, "`usemtl` without a name: the faces after it have no material".to_owned());
             return Ok(None);
         }
-        let known = match &self.missing {
+        let candidates = match &self.missing {
             Some(missing) => missing.clone(),
             None => {
-                let known = self.materials.names.len() - self.materials.unknown;
-                format!("{known} are known from {} libraries", self.libraries.len())
+                let count = self.materials.names.len() - self.materials.unknown;
+                format!("{count} are known from {} libraries", self.libraries.len())
             }
         };
-        let missing = Error::Missing { what: "material", which: quoted(Some(name)), known };
+        let missing = Error::Missing { what: "material", which: quoted(Some(name)), known: candidates };
         let place = self.intake.place(Position::Line(line));
-        self.materials.add_unknown(name, missing.at(place), &mut self.intake).map(Some)
+        self.materials.add_unknown(name, missing.at_place(place), &mut self.intake).map(Some)
     }
 
     /// One library whose name may have spaces, or else several.
     fn read_libraries(&mut self, line: usize, words: Words<'_>) -> Result<(), Error> {
-        let whole = words.rest().trim_matches('"');
+        let whole = words.remainder().trim_matches('"');
         if whole.is_empty() {
             self.ignore(line, "`mtllib` without a name is not used".to_owned());
             return Ok(());

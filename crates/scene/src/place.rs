@@ -49,7 +49,7 @@ impl Place {
     }
 
     /// A position in a file whose name many places have in common.
-    pub(crate) fn at(file: &Arc<Path>, position: Position) -> Self {
+    pub(crate) fn in_file(file: &Arc<Path>, position: Position) -> Self {
         Self { file: Arc::clone(file), position }
     }
 

@@ -55,8 +55,8 @@ fn parse_within(content: &[u8], mut intake: Intake, material: usize) -> Result<I
     let surface = intake.surface("mesh")?;
     for element in &header.elements {
         if element.properties.is_empty() && element.count > 0 {
-            let found = format!("none of {}", quoted(Some(&element.name)));
-            return Err(Error::expected("at least one property of each element", found).at(intake.place(Position::File)));
+            let given = format!("none of {}", quoted(Some(&element.name)));
+            return Err(Error::expected("at least one property of each element", given).at_place(intake.place(Position::File)));
         }
         if !matches!(element.name.as_str(), "vertex" | "face") {
             let place = intake.place(Position::File);
@@ -67,7 +67,7 @@ fn parse_within(content: &[u8], mut intake: Intake, material: usize) -> Result<I
             numbers.start();
             let read = match element.name.as_str() {
                 "vertex" => element.vertex(&mut numbers).and_then(|vertex| {
-                    let vertex = vertex.map_err(|error| error.at(place(&intake)));
+                    let vertex = vertex.map_err(|error| error.at_place(place(&intake)));
                     vertices.push(vertex, &intake)
                 }),
                 "face" => element.face(&mut numbers, &mut vertices, &mut intake).and_then(|corners| {
@@ -76,7 +76,7 @@ fn parse_within(content: &[u8], mut intake: Intake, material: usize) -> Result<I
                 }),
                 _ => element.each(&mut numbers, |_, _| Ok(())),
             };
-            read.map_err(|error| if error.place().is_some() { error } else { error.at(place(&intake)) })?;
+            read.map_err(|error| if error.place().is_some() { error } else { error.at_place(place(&intake)) })?;
             if numbers.row.is_some_and(|row| !row.trim_ascii().is_empty()) {
                 let place = place(&intake);
                 intake.ignore(place, format!("numbers of {} that the header does not tell of are not used", element.name));
@@ -159,21 +159,23 @@ impl Header {
         for line in 1.. {
             let place = intake.place(Position::Line(line));
             let Some(end) = rest.iter().position(|&byte| byte == end_of_line) else {
-                return Err(Error::expected("`end_header`", "the end of the file").at(place));
+                return Err(Error::expected("`end_header`", "the end of the file").at_place(place));
             };
             let text = String::from_utf8_lossy(&rest[..end]);
             rest = &rest[end + 1..];
             intake.budget().take_many("the header", 1, size_of::<Element>() + size_of::<Property>())?;
-            match Self::line(line, Words::new(&text), &mut format, &mut elements).map_err(|error| error.at(place.clone()))? {
+            match Self::line(line, Words::new(&text), &mut format, &mut elements)
+                .map_err(|error| error.at_place(place.clone()))?
+            {
                 Line::Statement => {}
                 Line::Other => intake.ignore(place, "a line of the header that is no statement of PLY is not used".to_owned()),
                 Line::Last => {
-                    let format = format.ok_or_else(|| Error::expected("a line `format` before it", "none").at(place))?;
+                    let format = format.ok_or_else(|| Error::expected("a line `format` before it", "none").at_place(place))?;
                     return Ok((Self { format, elements }, rest));
                 }
             }
         }
-        Err(Error::expected("`end_header`", "no end").at(intake.place(Position::File)))
+        Err(Error::expected("`end_header`", "no end").at_place(intake.place(Position::File)))
     }
 
     /// Whether each element of a text has a line of its own that holds all its numbers.
@@ -217,12 +219,12 @@ impl Header {
                 elements.push(Element { name, count, properties: Vec::new() });
             }
             Some("property") => {
-                let of = words.next();
-                let length = if of == Some("list") { Some(Type::named(words.next())?) } else { None };
-                let of = Type::named(if length.is_some() { words.next() } else { of })?;
+                let first = words.next();
+                let length = if first == Some("list") { Some(Type::named(words.next())?) } else { None };
+                let kind = Type::named(if length.is_some() { words.next() } else { first })?;
                 let name = words.next().ok_or_else(|| Error::expected("the name of a property", quoted(None)))?.to_owned();
                 let element = elements.last_mut().ok_or_else(|| Error::expected("`element` before it", "none"))?;
-                element.properties.push(Property { name, length, of });
+                element.properties.push(Property { name, length, of: kind });
             }
             Some("end_header") => return Ok(Line::Last),
             _ => return Ok(Line::Other),
@@ -282,7 +284,7 @@ impl Element {
             let Some(axis) = ["x", "y", "z"].iter().position(|axis| *axis == name) else { return Ok(()) };
             position[axis] = Some(number.real);
             written[axis] = match (number.word, property.of) {
-                (Some(word), _) => Written::Text(Digits::of(word)),
+                (Some(word), _) => Written::Text(Digits::parse(word)),
                 (None, Type::Float(4)) => Written::Single,
                 (None, _) => Written::Double,
             };
@@ -307,8 +309,8 @@ impl Element {
                 let index = number.integer.and_then(|index| usize::try_from(index).ok());
                 let corner = index.map(|index| vertices.corner(index, intake)).transpose()?.flatten();
                 corners.push(corner.ok_or_else(|| {
-                    let found = number.word.map_or_else(|| number.real.to_string(), |word| quoted(Some(word)));
-                    Error::expected(format!("the index of one of the {} vertices before the faces", vertices.len()), found)
+                    let given = number.word.map_or_else(|| number.real.to_string(), |word| quoted(Some(word)));
+                    Error::expected(format!("the index of one of the {} vertices before the faces", vertices.len()), given)
                 })?);
             }
             Ok(())
@@ -459,8 +461,8 @@ mod tests {
         for content in [text.clone().into_bytes(), text.replace("\r\n", "\r").into_bytes(), utf_16] {
             let scene = read(&content).unwrap();
             assert_eq!((scene.faces().len(), scene.area_of(0)), (2, 1.0));
-            let found: Vec<String> = scene.notes().iter().map(ToString::to_string).collect();
-            assert_eq!(found[found.len() - 6..], notes);
+            let messages: Vec<String> = scene.notes().iter().map(ToString::to_string).collect();
+            assert_eq!(messages[messages.len() - 6..], notes);
         }
         let used = read(text.replace("3 2 1 0", "3 3 1 0").as_bytes()).unwrap_err().to_string();
         assert_eq!(used, "a.ply: vertex[3]: expected a number (y), found `x`");

@@ -14,7 +14,7 @@ pub(crate) struct Projection {
 
 impl Projection {
     /// The projection of an outline, in which it is counter-clockwise if it has an orientation.
-    pub(crate) fn of(outline: &[DVec3]) -> Self {
+    pub(crate) fn onto_largest(outline: &[DVec3]) -> Self {
         let power = normalising_power(outline.iter().map(|v| v.abs().max_element()).fold(0.0, largest));
         let Some((&origin, others)) = outline.split_first() else { return Self { axes: [0, 1], power } };
         let offsets: Vec<DVec3> = others.iter().map(|&v| (v - origin) * power).collect();
@@ -55,7 +55,7 @@ mod tests {
                 let outline = triangle.map(|v| turned(v) * scale);
                 let reversed = [outline[2], outline[1], outline[0]];
                 for outline in [outline, reversed] {
-                    let projection = Projection::of(&outline);
+                    let projection = Projection::onto_largest(&outline);
                     let [a, b, c] = outline.map(|v| projection.point(v));
                     assert!(orient2d(a, b, c) > 0.1);
                 }

@@ -109,7 +109,7 @@ impl Budget {
         self.take(what, (count as u64).saturating_mul(size as u64))
     }
 
-    pub(crate) fn left(&self) -> u64 {
+    pub(crate) fn remaining(&self) -> u64 {
         self.left.get()
     }
 }
@@ -138,7 +138,7 @@ pub(crate) struct Folder {
 
 impl Folder {
     /// The folder of a scene's file.
-    pub(crate) fn of(scene: &Path, reading: &Reading, budget: &Rc<Budget>) -> Self {
+    pub(crate) fn beside(scene: &Path, reading: &Reading, budget: &Rc<Budget>) -> Self {
         let parent = scene.parent().unwrap_or(Path::new(""));
         let path = if parent == Path::new("") { Path::new(".") } else { parent };
         Self { path: path.to_owned(), allow_outside: reading.allow_outside, budget: Rc::clone(budget) }
@@ -162,17 +162,17 @@ pub(crate) fn read_regular(path: &Path, budget: &Budget) -> io::Result<Vec<u8>> 
     let file = File::open(path)?;
     let metadata = file.metadata()?;
     refuse_special(&metadata)?;
-    let left = budget.left();
+    let remaining = budget.remaining();
     let too_large = |bytes: u64| {
         let rule =
-            format!("it has {} or more, and of the budget {} are left: give more with --budget", Bytes(bytes), Bytes(left));
+            format!("it has {} or more, and of the budget {} are left: give more with --budget", Bytes(bytes), Bytes(remaining));
         io::Error::new(io::ErrorKind::FileTooLarge, rule)
     };
-    if metadata.len() > left {
+    if metadata.len() > remaining {
         return Err(too_large(metadata.len()));
     }
     let mut content = Vec::new();
-    file.take(left.saturating_add(1)).read_to_end(&mut content)?;
+    file.take(remaining.saturating_add(1)).read_to_end(&mut content)?;
     let length = content.len() as u64;
     budget.take("files", length).map_err(|_| too_large(length))?;
     Ok(content)
@@ -204,7 +204,7 @@ mod tests {
         assert_eq!(budget.take("a", 7), Ok(()));
         let error = budget.take("texels", 4).unwrap_err().to_string();
         assert_eq!(error, "texels: reading takes more than the 10 bytes that it may: give more with --budget");
-        assert_eq!((budget.left(), budget.take_many("b", usize::MAX, 16).is_err()), (3, true));
+        assert_eq!((budget.remaining(), budget.take_many("b", usize::MAX, 16).is_err()), (3, true));
         assert_eq!(budget.take("c", 3), Ok(()));
     }
 

@@ -293,8 +293,8 @@ impl Scene {
     /// let corners = [(0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (0.0, 2.0)];
     /// let square = Polygon::new(corners.map(|(x, y)| DVec3::new(x, y, 0.0)).to_vec()).unwrap();
     /// let face = scene.add_textured_face(floor, tiles, square, &corners.map(|(x, y)| [0.5 * x, 0.5 * y]), None)?;
-    /// assert_eq!(scene.at(face, Quantity::Reflectance, DVec3::new(0.5, 0.5, 0.0)), [0.8]);
-    /// assert_eq!(scene.at(face, Quantity::Reflectance, DVec3::new(1.5, 0.5, 0.0)), [0.2]);
+    /// assert_eq!(scene.value_at(face, Quantity::Reflectance, DVec3::new(0.5, 0.5, 0.0)), [0.8]);
+    /// assert_eq!(scene.value_at(face, Quantity::Reflectance, DVec3::new(1.5, 0.5, 0.0)), [0.2]);
     /// # Ok::<(), radgrad_scene::Error>(())
     /// ```
     ///
@@ -320,10 +320,10 @@ impl Scene {
         place: Option<Place>,
         charts: [Option<Chart>; 2],
     ) -> Result<usize, Error> {
-        let of = self.materials.get(material).ok_or_else(|| missing("material", material, self.materials.len()))?;
+        let textured = self.materials.get(material).ok_or_else(|| missing("material", material, self.materials.len()))?;
         let mut used = [None; 2];
         for quantity in Quantity::ALL {
-            if let (Some(texture), Some(chart)) = (of.texture(quantity), charts[quantity as usize]) {
+            if let (Some(texture), Some(chart)) = (textured.texture(quantity), charts[quantity as usize]) {
                 chart.check(&polygon, texture)?;
                 used[quantity as usize] = Some(chart);
             }
@@ -343,13 +343,13 @@ impl Scene {
 
     /// Reflectance or radiance at a point of a face, in each channel; none if there is no such face.
     #[must_use]
-    pub fn at(&self, face: usize, quantity: Quantity, point: DVec3) -> Vec<f64> {
+    pub fn value_at(&self, face: usize, quantity: Quantity, point: DVec3) -> Vec<f64> {
         let Some(face) = self.faces.get(face) else { return Vec::new() };
         let material = &self.materials[face.material];
         let factors = material.factors(quantity);
         match (material.texture(quantity), face.chart(quantity)) {
             (Some(texture), Some(chart)) => {
-                factors.iter().zip(texture.at(chart.coordinates(point))).map(|(f, t)| f * t).collect()
+                factors.iter().zip(texture.value_at(chart.coordinates(point))).map(|(f, t)| f * t).collect()
             }
             _ => factors.to_vec(),
         }
@@ -367,8 +367,8 @@ impl Scene {
         for [a, b, c] in triangles(vertices).unwrap_or_default() {
             let (origin, axes) = (vertices[a], [vertices[b] - vertices[a], vertices[c] - vertices[a]]);
             let scale = axes[0].cross(axes[1]).length();
-            let at = |[s, t]: [f64; 2]| chart.coordinates(origin + axes[0] * s + axes[1] * t);
-            texture.cut(&[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]], at, |piece| {
+            let coordinates = |[s, t]: [f64; 2]| chart.coordinates(origin + axes[0] * s + axes[1] * t);
+            texture.cut(&[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]], coordinates, |piece| {
                 let part = scale * area_of(&piece.corners);
                 sum += part * piece.values[channel];
                 area += part;
@@ -435,8 +435,8 @@ impl Scene {
     /// # Errors
     /// If there is none, or more than one.
     pub fn surface_named(&self, name: &str) -> Result<usize, Error> {
-        let mut found = self.surfaces_named(name);
-        match (found.next(), found.next()) {
+        let mut indices = self.surfaces_named(name);
+        match (indices.next(), indices.next()) {
             (Some(index), None) => Ok(index),
             (Some(first), Some(second)) => Err(Error::Missing {
                 what: "single surface",
@@ -445,13 +445,13 @@ impl Scene {
             }),
             (None, _) => {
                 const SHOWN: usize = 20;
-                let mut known: Vec<String> =
+                let mut names: Vec<String> =
                     self.surfaces.iter().take(SHOWN).map(|s| format!("`{}`", printable(&s.name))).collect();
                 if let Some(more @ 1..) = self.surfaces.len().checked_sub(SHOWN) {
-                    known.push(format!("and {more} more"));
+                    names.push(format!("and {more} more"));
                 }
                 let which = format!("`{}`", printable(name));
-                Err(Error::Missing { what: "surface", which, known: format!("there are {}", known.join(", ")) })
+                Err(Error::Missing { what: "surface", which, known: format!("there are {}", names.join(", ")) })
             }
         }
     }

@@ -78,7 +78,7 @@ fn binary(content: &[u8], material: usize, intake: &mut Intake) -> Result<(), Er
             || format!("the {HEADER} bytes with which binary STL begins"),
             |(count, _)| format!("{} bytes of binary STL for its {count} triangles", needed(count)),
         );
-        Error::expected(expected, content.len().to_string()).at(whole.clone())
+        Error::expected(expected, content.len().to_string()).at_place(whole.clone())
     })?;
     let (triangles, rest) = triangles.split_at(usize::try_from(count * TRIANGLE as u64).unwrap_or(triangles.len()));
     if !rest.is_empty() {
@@ -90,7 +90,7 @@ fn binary(content: &[u8], material: usize, intake: &mut Intake) -> Result<(), Er
         let (numbers, _) = triangle[12..48].as_chunks::<4>();
         let numbers: Vec<f64> = numbers.iter().map(|bytes| f64::from(f32::from_le_bytes(*bytes))).collect();
         if let Some(wrong) = numbers.iter().find(|number| !number.is_finite()) {
-            return Err(Error::expected("a finite number", wrong.to_string()).at(place));
+            return Err(Error::expected("a finite number", wrong.to_string()).at_place(place));
         }
         numbers.iter().for_each(|&number| intake.written().add(Written::Single, number));
         let corners = numbers.chunks_exact(3).map(DVec3::from_slice).collect();
@@ -114,11 +114,11 @@ fn text(content: &[u8], material: usize, intake: &mut Intake) -> Result<(), Erro
     for (index, line) in lines(&content).enumerate() {
         let place = intake.place(Position::Line(index + 1));
         let read = statement(Words::new(line), index + 1, material, &mut reading, intake);
-        read.map_err(|error| if error.place().is_some() { error } else { error.at(place) })?;
+        read.map_err(|error| if error.place().is_some() { error } else { error.at_place(place) })?;
     }
     let place = intake.place(Position::File);
     if let Some((line, _)) = reading.facet {
-        return Err(Error::expected(format!("`endfacet` of the facet of line {line}"), "the end of the file").at(place));
+        return Err(Error::expected(format!("`endfacet` of the facet of line {line}"), "the end of the file").at_place(place));
     }
     if reading.solid.is_some() {
         intake.ignore(place, "the file ends without `endsolid`: it may have lost facets".to_owned());
@@ -137,7 +137,7 @@ fn statement(mut words: Words<'_>, line: usize, material: usize, reading: &mut O
     }
     match (keyword.as_str(), &mut reading.solid, &mut reading.facet) {
         ("solid", solid, None) => {
-            let name = words.rest();
+            let name = words.remainder();
             if solid.replace(if name.is_empty() { "solid".to_owned() } else { name.to_owned() }).is_some() {
                 let place = intake.place(Position::Line(line));
                 intake.ignore(place, "a solid begins before the `endsolid` of the one before it".to_owned());

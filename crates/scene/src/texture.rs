@@ -74,9 +74,9 @@ impl Wrap {
 /// ```
 /// use radgrad_scene::Texture;
 /// let board = Texture::from_fn("board", [8, 8], 1, |column, row| vec![f64::from(u8::from((column + row) % 2 == 0))])?;
-/// assert_eq!(board.at([0.01, 0.01]), [1.0]);
-/// assert_eq!(board.at([0.13, 0.01]), [0.0]);
-/// assert_eq!(board.at([1.01, -0.01]), [0.0], "it repeats");
+/// assert_eq!(board.value_at([0.01, 0.01]), [1.0]);
+/// assert_eq!(board.value_at([0.13, 0.01]), [0.0]);
+/// assert_eq!(board.value_at([1.01, -0.01]), [0.0], "it repeats");
 /// # Ok::<(), radgrad_scene::Error>(())
 /// ```
 #[derive(Clone, PartialEq)]
@@ -117,11 +117,11 @@ impl Texture {
             let [column, row] = [texel % columns, texel / columns];
             return refused(format!("texel ({column}, {row}) is {value}: it must be finite and not negative"));
         }
-        let mut most = vec![0.0; channels];
+        let mut maxima = vec![0.0; channels];
         for texel in texels.chunks_exact(channels) {
-            most.iter_mut().zip(texel).for_each(|(most, value)| *most = largest(*most, *value));
+            maxima.iter_mut().zip(texel).for_each(|(maximum, value)| *maximum = largest(*maximum, *value));
         }
-        let (texels, largest) = (Arc::new(texels), Arc::new(most));
+        let (texels, largest) = (Arc::new(texels), Arc::new(maxima));
         Ok(Self { columns, rows, channels, wrap: [Wrap::default(); 2], texels, largest, name })
     }
 
@@ -195,7 +195,7 @@ impl Texture {
 
     /// The values at a point. On the edge between two texels, those of the one with larger coordinates.
     #[must_use]
-    pub fn at(&self, [u, v]: [f64; 2]) -> &[f64] {
+    pub fn value_at(&self, [u, v]: [f64; 2]) -> &[f64] {
         self.texel([floor(u * self.columns as f64), floor(v * self.rows as f64)])
     }
 
@@ -234,8 +234,8 @@ mod tests {
             (Wrap::Clamp, [1.0, 1.0, 2.0, 3.0, 3.0, 3.0, 3.0, 3.0]),
         ] {
             let texture = plain.clone().wrapped([wrap; 2]);
-            let seen = [-1, 0, 1, 2, 3, 4, 5, 6].map(|column| texture.texel([column, 0])[0]);
-            assert_eq!(seen, expected, "{wrap:?}");
+            let texels = [-1, 0, 1, 2, 3, 4, 5, 6].map(|column| texture.texel([column, 0])[0]);
+            assert_eq!(texels, expected, "{wrap:?}");
         }
     }
 

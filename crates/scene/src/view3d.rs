@@ -81,11 +81,11 @@ fn parse_within(text: &[u8], mut intake: Intake) -> Result<Intake, Error> {
         match reader.line(data_of(line), &place, &mut lines) {
             Ok(true) => {}
             Ok(false) => return reader.into_intake(),
-            Err(error) => return Err(if error.place().is_some() { error } else { error.at(place) }),
+            Err(error) => return Err(if error.place().is_some() { error } else { error.at_place(place) }),
         }
     }
     // Without its end a file may have lost surfaces.
-    Err(Error::expected("a line `End of data`", "the end of the file").at(reader.intake.place(Position::File)))
+    Err(Error::expected("a line `End of data`", "the end of the file").at_place(reader.intake.place(Position::File)))
 }
 
 const fn is_separator(c: char) -> bool {
@@ -133,7 +133,7 @@ impl Reader {
         let Some(word) = words.next() else { return Ok(true) };
         match word.as_bytes()[0].to_ascii_uppercase() {
             b'E' | b'*' => return Ok(false),
-            b'T' => self.intake.set_title(words.rest().to_owned()),
+            b'T' => self.intake.set_title(words.remainder().to_owned()),
             b'C' => self.control(words, place)?,
             b'F' => geometry(words)?,
             b'V' => self.vertex(words, place)?,
@@ -151,7 +151,7 @@ impl Reader {
 
     /// Pairs of name and value, such as `encl=1`.
     fn control(&mut self, words: Words<'_>, place: &Place) -> Result<(), Error> {
-        let mut words = Words::separated(words.rest(), |c| is_separator(c) || c == '=');
+        let mut words = Words::separated(words.remainder(), |c| is_separator(c) || c == '=');
         while let Some(name) = words.next() {
             let value = words.next();
             match name.to_ascii_lowercase().as_str() {
@@ -174,7 +174,7 @@ impl Reader {
 
     fn vertex(&mut self, mut words: Words<'_>, place: &Place) -> Result<(), Error> {
         next_in_sequence("vertex", words.integer("number of the vertex")?, self.vertices.len())?;
-        let read = words.coordinates(["x", "y", "z"]).map_err(|error| error.at(place.clone()));
+        let read = words.coordinates(["x", "y", "z"]).map_err(|error| error.at_place(place.clone()));
         if read.is_ok() && !words.is_empty() {
             self.intake.ignore(place.clone(), "what follows the coordinates of a vertex is not used".to_owned());
         }
@@ -255,7 +255,7 @@ impl Reader {
         });
         let emittance = match emittance {
             Err(error) if !self.intake.needs_materials() => {
-                self.intake.ignore_fault(error.at(element.place.clone()), "taken as black");
+                self.intake.ignore_fault(error.at_place(element.place.clone()), "taken as black");
                 1.0
             }
             emittance => emittance?,
@@ -305,12 +305,12 @@ impl Reader {
 /// The rest of a base without its subsurfaces. A null surface faces its base, the others face as it does.
 fn remainder(number: usize, base: &Element, subsurfaces: &[&Element], budget: &Budget) -> Result<Vec<Vec<DVec3>>, Error> {
     let polygon =
-        |element: &Element| Polygon::new(element.vertices.clone()).map_err(|e| Error::Face(e).at(element.place.clone()));
+        |element: &Element| Polygon::new(element.vertices.clone()).map_err(|e| Error::Face(e).at_place(element.place.clone()));
     let whole = polygon(base)?;
-    let mut remainder = cut::Remainder::of(number, &whole).map_err(|error| error.at(base.place.clone()))?;
+    let mut remainder = cut::Remainder::whole(number, &whole).map_err(|error| error.at_place(base.place.clone()))?;
     for subsurface in subsurfaces {
         let cut = remainder.without(&polygon(subsurface)?, subsurface.kind == Kind::Null);
-        cut.map_err(|error| error.at(subsurface.place.clone()))?;
+        cut.map_err(|error| error.at_place(subsurface.place.clone()))?;
         budget.take_many("parts of a base", remainder.count(), size_of::<Vec<DVec3>>())?;
     }
     Ok(remainder.pieces())

@@ -32,13 +32,13 @@ impl<'a> Words<'a> {
     }
 
     /// All that is left, without the separators around it.
-    pub(crate) fn rest(&self) -> &'a str {
+    pub(crate) fn remainder(&self) -> &'a str {
         self.rest.trim_matches(self.separator)
     }
 
     /// Whether nothing is left.
     pub(crate) fn is_empty(&self) -> bool {
-        self.rest().is_empty()
+        self.remainder().is_empty()
     }
 
     /// The next word as a finite number; `what` names it.
@@ -52,7 +52,7 @@ impl<'a> Words<'a> {
         for (axis, what) in what.into_iter().enumerate() {
             let word = self.next();
             read.0[axis] = number(word, what)?;
-            read.1[axis] = Written::Text(Digits::of(word.unwrap_or_default()));
+            read.1[axis] = Written::Text(Digits::parse(word.unwrap_or_default()));
         }
         Ok(read)
     }
@@ -65,7 +65,7 @@ impl<'a> Words<'a> {
 
     /// Nothing may be left.
     pub(crate) fn end(&self) -> Result<(), Error> {
-        if self.is_empty() { Ok(()) } else { Err(Error::expected("the end of the line", quoted(Some(self.rest())))) }
+        if self.is_empty() { Ok(()) } else { Err(Error::expected("the end of the line", quoted(Some(self.remainder())))) }
     }
 }
 
@@ -77,9 +77,9 @@ pub(crate) fn number(word: Option<&str>, what: &str) -> Result<f64, Error> {
         _ => {
             let with_point = word.and_then(|word| word.replacen(',', ".", 1).parse::<f64>().ok());
             let is_comma = with_point.is_some() && word.is_some_and(|word| !word.ends_with(','));
-            let found = if is_comma { format!("a decimal comma, {}", quoted(word)) } else { quoted(word) };
+            let given = if is_comma { format!("a decimal comma, {}", quoted(word)) } else { quoted(word) };
             let form = if is_comma { "with a decimal point " } else { "" };
-            Err(Error::expected(format!("a number {form}({what})"), found))
+            Err(Error::expected(format!("a number {form}({what})"), given))
         }
     }
 }
@@ -139,8 +139,8 @@ pub(crate) fn text_of(content: &[u8]) -> Result<(Cow<'_, str>, Option<Remark>), 
         },
     };
     if let Some(place) = text.find('\0') {
-        let found = "a byte 0: it is binary, or UTF-16 without a byte order mark";
-        return Err((line_of(text.as_bytes(), place), Error::expected("a text of UTF-8, UTF-16 or Latin-1", found)));
+        let given = "a byte 0: it is binary, or UTF-16 without a byte order mark";
+        return Err((line_of(text.as_bytes(), place), Error::expected("a text of UTF-8, UTF-16 or Latin-1", given)));
     }
     Ok(match text {
         Cow::Borrowed(text) => (Cow::Borrowed(text.strip_suffix('\x1a').unwrap_or(text)), remark),
@@ -153,8 +153,8 @@ fn utf_16(content: &[u8], unit: fn([u8; 2]) -> u16) -> (Cow<'static, str>, Optio
     let decoded = char::decode_utf16(units.iter().copied().map(unit));
     let text: String = decoded.map(|c| c.unwrap_or(char::REPLACEMENT_CHARACTER)).collect();
     let broken = !half.is_empty() || text.contains(char::REPLACEMENT_CHARACTER);
-    let rest = if broken { ", in which not all is a character" } else { "" };
-    (Cow::Owned(text), Some((1, format!("the text is read as UTF-16{rest}"))))
+    let remark = if broken { ", in which not all is a character" } else { "" };
+    (Cow::Owned(text), Some((1, format!("the text is read as UTF-16{remark}"))))
 }
 
 /// The line, from 1, of a place in a text.
@@ -165,12 +165,12 @@ fn line_of(text: &[u8], place: usize) -> usize {
 
 /// The lines of a text, each ended by a line feed, a carriage return, or both; the last may be empty.
 pub(crate) fn lines(text: &str) -> impl Iterator<Item = &str> {
-    let mut rest = Some(text);
+    let mut remainder = Some(text);
     std::iter::from_fn(move || {
-        let text = rest?;
-        let Some(end) = text.find(['\n', '\r']) else { return rest.take() };
+        let text = remainder?;
+        let Some(end) = text.find(['\n', '\r']) else { return remainder.take() };
         let both = text[end..].starts_with("\r\n");
-        rest = Some(&text[end + 1 + usize::from(both)..]);
+        remainder = Some(&text[end + 1 + usize::from(both)..]);
         Some(&text[..end])
     })
 }
@@ -185,7 +185,7 @@ mod tests {
         assert_eq!(words.next(), Some("f"));
         assert_eq!((words.integer("a"), words.number("b")), (Ok(1), Ok(-2.0)));
         assert!(words.end().unwrap_err().to_string().ends_with("found `x y`"));
-        assert_eq!((words.rest(), words.next(), words.next(), words.next()), ("x y", Some("x"), Some("y"), None));
+        assert_eq!((words.remainder(), words.next(), words.next(), words.next()), ("x y", Some("x"), Some("y"), None));
         assert!(words.is_empty() && words.end().is_ok());
         assert_eq!(words.number("z").unwrap_err().to_string(), "expected a number (z), found the end of the line");
     }

@@ -28,9 +28,9 @@ fn main() -> Result<(), Box<dyn Error>> {
             let options = Options { error, degree: Some(degree), first_elements: 1, most_elements: 400, ..Options::default() };
             let solution = solve(&scene, &options, |_| true)?;
             let centre = solution.gather(DVec3::new(0.5, 0.5, 0.0), DVec3::Z)?;
-            let (off, estimate) = ((centre.radiosity[0] - EXACT).abs(), centre.estimate[0].total());
+            let (actual, estimate) = ((centre.radiosity[0] - EXACT).abs(), centre.estimate[0].total());
             let elements = solution.progress().elements;
-            println!("{degree:>6} {error:>5.0e} {elements:>8} {off:>9.1e} {estimate:>9.1e} {:>14.1}", estimate / off);
+            println!("{degree:>6} {error:>5.0e} {elements:>8} {actual:>9.1e} {estimate:>9.1e} {:>14.1}", estimate / actual);
         }
     }
     Ok(())

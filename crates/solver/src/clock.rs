@@ -35,8 +35,8 @@ impl Clock {
             return [FIRST_LIGHT, FIRST_LINKS].map(|part| self.until(time, part));
         }
         let end = |end: Instant| end.checked_sub(after).unwrap_or(self.start);
-        let all = self.until(time, ROUNDS);
-        [Self { end: all.end.map(end), ..self }; 2]
+        let whole = self.until(time, ROUNDS);
+        [Self { end: whole.end.map(end), ..self }; 2]
     }
 
     /// Whether there is time for a round that does so much beside refining.

@@ -118,13 +118,17 @@ const MOST_NAMES: usize = 8;
 
 fn named(surfaces: &[String]) -> String {
     let names: Vec<String> = surfaces.iter().take(MOST_NAMES).map(|name| format!("`{name}`")).collect();
-    let rest = surfaces.len().saturating_sub(MOST_NAMES);
-    if rest > 0 { format!("{} and {rest} more surfaces", names.join(", ")) } else { format!("surfaces {}", names.join(", ")) }
+    let remaining = surfaces.len().saturating_sub(MOST_NAMES);
+    if remaining > 0 {
+        format!("{} and {remaining} more surfaces", names.join(", "))
+    } else {
+        format!("surfaces {}", names.join(", "))
+    }
 }
 
 impl Error {
     /// The same with a sample's place in the coordinates of the scene.
-    pub(crate) fn at(self, position: DVec3) -> Self {
+    pub(crate) fn at_position(self, position: DVec3) -> Self {
         match self {
             Self::Sample { source, .. } => Self::Sample { position, source },
             other => other,

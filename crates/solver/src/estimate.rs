@@ -57,21 +57,21 @@ impl ErrorEstimate {
     ///
     /// # Errors
     /// If light does not settle.
-    pub(crate) fn of(scene: Scene<'_>, residuals: [Residuals; 2]) -> Result<Self, Error> {
+    pub(crate) fn solve(scene: Scene<'_>, residuals: [Residuals; 2]) -> Result<Self, Error> {
         let receives = scene.receives();
-        let seen = scene.seen(&receives);
-        let importance = importance::of(scene, &receives, &seen)?;
-        let mean::Mean { mean, shares, weights } = mean::of(scene, &residuals, &seen, &importance);
+        let views = scene.seen_sources(&receives);
+        let importance = importance::solve(scene, &receives, &views)?;
+        let mean::Mean { mean, shares, weights } = mean::estimate(scene, &residuals, &views, &importance);
         Ok(Self { mean, residuals, weights, shares, points: OnceLock::new() })
     }
 
     /// Estimates at points.
     pub(crate) fn points(&self, scene: Scene<'_>) -> &Points {
-        self.points.get_or_init(|| Points::of(scene, self))
+        self.points.get_or_init(|| Points::from_mean(scene, self))
     }
 
     /// How much a receiver adds to the estimate of the mean magnitude, for a residual of that mean.
-    pub(crate) fn share(&self, mesh: &Mesh, receiver: usize, channel: usize, mean: f64) -> f64 {
+    pub(crate) fn indicator(&self, mesh: &Mesh, receiver: usize, channel: usize, mean: f64) -> f64 {
         mesh.elements()[receiver].area() * self.weights[receiver][channel] * mean
     }
 }

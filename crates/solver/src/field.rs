@@ -8,7 +8,7 @@ use radgrad_scene::{largest, smallest};
 pub(crate) mod acceleration;
 pub(crate) mod gathering;
 
-use crate::links::cluster::glow::Glow;
+use crate::links::cluster::glow::ClusterEmission;
 use crate::links::transfer::{Kernel, Row};
 use crate::mesh::Mesh;
 
@@ -21,10 +21,10 @@ pub(crate) struct Field {
     /// For each element and channel.
     mean_square: Vec<Vec<f64>>,
     /// For each element and channel, a bound on its polynomial's remainder, and the root mean square of that.
-    beyond: Vec<Vec<f64>>,
+    truncation: Vec<Vec<f64>>,
     rms: Vec<Vec<f64>>,
     /// For each channel, the light that each cluster sends out.
-    glows: Vec<Vec<Glow>>,
+    glows: Vec<Vec<ClusterEmission>>,
 }
 
 impl Field {
@@ -32,9 +32,16 @@ impl Field {
     pub(crate) fn dark(mesh: &Mesh, channels: usize) -> Self {
         let elements = 0..mesh.elements().len();
         let coefficients = elements.clone().map(|e| vec![0.0; channels * mesh.basis(e).len()]).collect();
-        let dark = vec![Glow::default(); mesh.clusters().all().len()];
+        let dark = vec![ClusterEmission::default(); mesh.clusters().clusters().len()];
         let none: Vec<Vec<f64>> = elements.map(|_| vec![0.0; channels]).collect();
-        Self { channels, coefficients, mean_square: none.clone(), beyond: none.clone(), rms: none, glows: vec![dark; channels] }
+        Self {
+            channels,
+            coefficients,
+            mean_square: none.clone(),
+            truncation: none.clone(),
+            rms: none,
+            glows: vec![dark; channels],
+        }
     }
 
     /// Makes room for elements that the mesh has got since, the restriction of their parent to them.
@@ -42,19 +49,19 @@ impl Field {
         for index in self.coefficients.len()..mesh.elements().len() {
             let basis = mesh.basis(index);
             let of_channel = |channel: usize| match mesh.elements()[index].parent() {
-                Some(parent) => basis.restrict(mesh.child(index), self.of(parent, channel, basis.len())),
+                Some(parent) => basis.restrict(mesh.child(index), self.coefficients(parent, channel, basis.len())),
                 None => vec![0.0; basis.len()],
             };
             let coefficients = (0..self.channels).flat_map(of_channel).collect();
             self.coefficients.push(coefficients);
             self.mean_square.push(vec![0.0; self.channels]);
-            self.beyond.push(vec![0.0; self.channels]);
+            self.truncation.push(vec![0.0; self.channels]);
             self.rms.push(vec![0.0; self.channels]);
         }
     }
 
     /// Coefficients of an element whose basis has `len` functions.
-    pub(crate) fn of(&self, element: usize, channel: usize, len: usize) -> &[f64] {
+    pub(crate) fn coefficients(&self, element: usize, channel: usize, len: usize) -> &[f64] {
         &self.coefficients[element][channel * len..(channel + 1) * len]
     }
 
@@ -90,21 +97,21 @@ impl Field {
             let len = basis.len();
             for channel in 0..self.channels {
                 let Some(first) = children else {
-                    self.mean_square[index][channel] = self.of(index, channel, len).iter().map(|c| c * c).sum();
-                    (self.beyond[index][channel], self.rms[index][channel]) = (0.0, 0.0);
+                    self.mean_square[index][channel] = self.coefficients(index, channel, len).iter().map(|c| c * c).sum();
+                    (self.truncation[index][channel], self.rms[index][channel]) = (0.0, 0.0);
                     continue;
                 };
                 let mut own = vec![0.0; len];
-                (0..4).for_each(|child| basis.pull(child, self.of(first + child, channel, len), &mut own));
+                (0..4).for_each(|child| basis.pull(child, self.coefficients(first + child, channel, len), &mut own));
                 self.mean_square[index][channel] =
                     0.25 * (first..first + 4).map(|child| self.mean_square[child][channel]).sum::<f64>();
                 let of_child = |child: usize| {
                     let restricted = basis.restrict(child, &own);
-                    let of_child = self.of(first + child, channel, len);
+                    let of_child = self.coefficients(first + child, channel, len);
                     let difference: Vec<f64> = of_child.iter().zip(&restricted).map(|(c, r)| c - r).collect();
-                    self.beyond[first + child][channel] + basis.magnitude(&difference)
+                    self.truncation[first + child][channel] + basis.magnitude(&difference)
                 };
-                self.beyond[index][channel] = (0..4).map(of_child).fold(0.0, largest);
+                self.truncation[index][channel] = (0..4).map(of_child).fold(0.0, largest);
                 self.coefficients[index][channel * len..(channel + 1) * len].copy_from_slice(&own);
                 self.rms[index][channel] = self.rms(index, channel, len);
             }
@@ -115,25 +122,26 @@ impl Field {
     }
 
     /// The light that a cluster sends out.
-    pub(crate) fn glow(&self, cluster: usize, channel: usize) -> &Glow {
+    pub(crate) fn glow(&self, cluster: usize, channel: usize) -> &ClusterEmission {
         &self.glows[channel][cluster]
     }
 
     /// Sums the powers of clusters anew.
     pub(crate) fn pool(&mut self, mesh: &Mesh) {
         for channel in 0..self.channels {
-            let power =
-                |element: usize| mesh.elements()[element].area() * self.of(element, channel, mesh.basis(element).len())[0];
+            let power = |element: usize| {
+                mesh.elements()[element].area() * self.coefficients(element, channel, mesh.basis(element).len())[0]
+            };
             let powers = mesh.clusters().pull(power, |a, b| a + b);
             self.glows[channel].iter_mut().zip(powers).for_each(|(glow, power)| glow.power = power);
         }
     }
 
     /// The light that an element sends out.
-    fn glow_of(&self, mesh: &Mesh, element: usize, channel: usize) -> Glow {
+    fn glow_of(&self, mesh: &Mesh, element: usize, channel: usize) -> ClusterEmission {
         let (basis, area) = (mesh.basis(element), mesh.elements()[element].area());
-        let power = area * self.of(element, channel, basis.len())[0];
-        Glow { power, ..Glow::default() }.over(area, area * self.mean_square[element][channel])
+        let power = area * self.coefficients(element, channel, basis.len())[0];
+        ClusterEmission { power, ..ClusterEmission::default() }.over(area, area * self.mean_square[element][channel])
     }
 
     /// Bound on the light that a link to `source` neglects, at the node of `row`: the part of the leaves' radiosity beyond the
@@ -143,17 +151,17 @@ impl Field {
     /// constant may be taken from the kernel k; and s times the remainder of the best polynomial for k, by `|D^j k|/j!` for j up to
     /// `degree + 1` ([`crate::mesh::remainder`]).
     pub(crate) fn neglected(&self, mesh: &Mesh, source: usize, channel: usize, row: &Row) -> f64 {
-        let (most, rms) = (self.beyond[source][channel], self.rms[source][channel]);
+        let (most, rms) = (self.truncation[source][channel], self.rms[source][channel]);
         if most == 0.0 || rms == 0.0 || row.factor() == 0.0 {
             return 0.0;
         }
         let smoothly = self.smoothly_neglected(mesh, source, channel, &row.kernel);
-        smallest(smallest(row.factor() * most, smoothly), row.beyond() * rms)
+        smallest(smallest(row.factor() * most, smoothly), row.truncation() * rms)
     }
 
     /// Bound on the magnitude of the leaves' radiosity less the element's polynomial.
     pub(crate) fn left_out(&self, element: usize, channel: usize) -> f64 {
-        self.beyond[element][channel]
+        self.truncation[element][channel]
     }
 
     /// The same for a source that has no row, by a bound on its form factor and by its kernel.
@@ -180,10 +188,10 @@ impl Field {
 
     /// Root mean square over an element of the leaves' radiosity less the polynomial.
     fn rms(&self, element: usize, channel: usize, len: usize) -> f64 {
-        let taken: f64 = self.of(element, channel, len).iter().map(|c| c * c).sum();
-        let all = self.mean_square[element][channel];
+        let taken: f64 = self.coefficients(element, channel, len).iter().map(|c| c * c).sum();
+        let whole = self.mean_square[element][channel];
         // The difference of two sums of squares, each rounded.
-        (largest(all - taken, 0.0) + 16.0 * f64::EPSILON * all).sqrt()
+        (largest(whole - taken, 0.0) + 16.0 * f64::EPSILON * whole).sqrt()
     }
 
     /// Mean over all elements.

@@ -311,19 +311,19 @@ impl Mesh {
     pub fn leaf_at(&self, face: usize, point: DVec3) -> Option<usize> {
         let excess = |e: &usize| self.elements[*e].excess(self.elements[*e].reference(point));
         let nearest = |a: &usize, b: &usize| excess(a).total_cmp(&excess(b));
-        let mut at = *self.roots_of_face.get(face)?.iter().min_by(|a, b| nearest(a, b))?;
-        while let Some(first) = self.elements[at].children {
-            at = (first..first + 4).min_by(|a, b| nearest(a, b))?;
+        let mut element = *self.roots_of_face.get(face)?.iter().min_by(|a, b| nearest(a, b))?;
+        while let Some(first) = self.elements[element].children {
+            element = (first..first + 4).min_by(|a, b| nearest(a, b))?;
         }
-        Some(at)
+        Some(element)
     }
 
     /// The face that a point is on, the nearest one within `reach` that faces along `normal`, and the point of its plane.
     pub(crate) fn face_at(&self, point: DVec3, normal: DVec3, reach: f64) -> Option<(usize, DVec3)> {
         let normal = normal.try_normalize()?;
         let on = |&(face, polygon): &(usize, &Polygon)| {
-            let (off, foot) = self.off_face(face, point);
-            (off <= reach && polygon.normal().dot(normal) > 0.99).then_some((off, face, foot))
+            let (distance, foot) = self.off_face(face, point);
+            (distance <= reach && polygon.normal().dot(normal) > 0.99).then_some((distance, face, foot))
         };
         let faces = self.polygons.iter().enumerate().filter(|(face, _)| self.exchanges[*face]);
         let nearest = faces.filter_map(|f| on(&f)).min_by(|a, b| a.0.total_cmp(&b.0))?;
@@ -361,7 +361,7 @@ impl Mesh {
     /// Normals of the faces that can light this one and are at a point of it, within `reach`.
     pub(crate) fn touching(&self, point: DVec3, face: usize, reach: f64) -> impl Iterator<Item = DVec3> {
         let normal = self.polygons[face].normal();
-        let at = move |element: &&Element| {
+        let touches = move |element: &&Element| {
             if element.face() == face || normal.dot(element.polygon().normal()) >= 1.0 - 1e-9 {
                 return false;
             }
@@ -369,7 +369,7 @@ impl Mesh {
             let is_above = |v: &DVec3| normal.dot(*v - point) > reach;
             height.abs() <= reach && element.is_at(point, reach) && element.polygon().vertices().iter().any(is_above)
         };
-        self.roots.iter().map(|&root| &self.elements[root]).filter(at).map(|element| element.polygon().normal())
+        self.roots.iter().map(|&root| &self.elements[root]).filter(touches).map(|element| element.polygon().normal())
     }
 
     /// An element's sight of another, among `known` where the faces in between were found for larger ones.
@@ -380,7 +380,7 @@ impl Mesh {
         }
         let Some(beam) = Beam::from_polygon(to.polygon(), from.polygon()) else { return Sight::Nothing(None) };
         let ends = [to, from].map(|element| element.polygon().vertices());
-        self.found(&beam, known, [to.face(), from.face()], ends)
+        self.sight_by_index(&beam, known, [to.face(), from.face()], ends)
     }
 
     /// A point's sight of an element, with the face that it is on, among `known`.
@@ -390,14 +390,14 @@ impl Mesh {
             return Sight::Nothing(None);
         }
         let Some(beam) = Beam::from_point_of(&self.polygons[face], point, from.polygon()) else { return Sight::Nothing(None) };
-        self.found(&beam, known, [face, from.face()], [&[point], from.polygon().vertices()])
+        self.sight_by_index(&beam, known, [face, from.face()], [&[point], from.polygon().vertices()])
     }
 
     /// The sight of an element from a receiver that is on no face, among `known`: exactly for the coordinates as they are.
     pub(crate) fn sight_in_space(&self, receiver: &Receiver, source: usize, known: Option<&[usize]>) -> Sight {
         let from = &self.elements[source];
         let Some(beam) = Beam::from_receiver(receiver, from.polygon()) else { return Sight::Nothing(None) };
-        self.found(&beam, known, [from.face(); 2], [&[receiver.position()], from.polygon().vertices()])
+        self.sight_by_index(&beam, known, [from.face(); 2], [&[receiver.position()], from.polygon().vertices()])
     }
 
     /// Whether a face but for those left out is between two points.
@@ -410,17 +410,17 @@ impl Mesh {
         self.screens[face].iter().any(|screen| screen.hides(from, to))
     }
 
-    fn found(&self, beam: &Beam, known: Option<&[usize]>, leave_out: [usize; 2], ends: [&[DVec3]; 2]) -> Sight {
-        let found = match known {
-            Some(known) => self.index.among(beam, known, &leave_out),
+    fn sight_by_index(&self, beam: &Beam, given: Option<&[usize]>, leave_out: [usize; 2], ends: [&[DVec3]; 2]) -> Sight {
+        let candidates = match given {
+            Some(given) => self.index.among(beam, given, &leave_out),
             None => self.index.in_beam(beam, &leave_out),
         };
-        if found.polygons.is_empty() {
+        if candidates.polygons.is_empty() {
             Sight::Clear
-        } else if let Some(&face) = found.polygons.iter().find(|&&face| self.hides(face, ends)) {
+        } else if let Some(&face) = candidates.polygons.iter().find(|&&face| self.hides(face, ends)) {
             Sight::Nothing(Some(face))
         } else {
-            Sight::Past(found.polygons)
+            Sight::Past(candidates.polygons)
         }
     }
 }

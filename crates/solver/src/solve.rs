@@ -127,7 +127,7 @@ const MOST_GROWTH: f64 = 2.0;
 /// ```
 ///
 /// # Errors
-/// If the error asked for is not in (0, 1], the scene is refused as in [`Prepared::of`], a face cannot be cut into elements, light is emitted where it is
+/// If the error asked for is not in (0, 1], the scene is refused as in [`Prepared::new`], a face cannot be cut into elements, light is emitted where it is
 /// never lost or does not settle, or a radiosity is beyond the range of a double.
 pub fn solve<N: Into<Next>>(scene: &Scene, options: &Options, watch: impl FnMut(&Solution) -> N) -> Result<Solution, Error> {
     solve_from(scene, options, &[], watch)
@@ -170,12 +170,12 @@ pub fn solve_from<N: Into<Next>>(
 /// # let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/scenes/two_blocks.obj");
 /// let scene = Scene::read(file, Degenerate::Refuse)?;
 /// let options = Options { error: 0.2, degree: Some(1), ..Options::default() };
-/// let all = solve(&scene, &options, |_| true)?;
-/// let leaf = all.mesh().leaves().next().unwrap();
-/// let element = &all.mesh().elements()[leaf];
+/// let for_mean = solve(&scene, &options, |_| true)?;
+/// let leaf = for_mean.mesh().leaves().next().unwrap();
+/// let element = &for_mean.mesh().elements()[leaf];
 /// let point = (element.centre(), element.polygon().normal());
 /// let served = solve_for(&scene, &options, &[], &[point], |_| true)?;
-/// let [of_all, of_served] = [&all, &served].map(|of| of.gather(point.0, point.1));
+/// let [of_all, of_served] = [&for_mean, &served].map(|of| of.gather(point.0, point.1));
 /// let (of_all, of_served) = (of_all?, of_served?);
 /// assert!((of_all.radiosity[0] - of_served.radiosity[0]).abs() <= of_all.estimate[0].total() + of_served.estimate[0].total());
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -194,7 +194,7 @@ pub fn solve_for<N: Into<Next>>(
         return Err(Error::Tolerance { value: options.error });
     }
     let started = Clock::started();
-    let ready = Prepared::of(scene)?;
+    let ready = Prepared::new(scene)?;
     let mut options = *options;
     let degree = options.degree.map_or_else(|| degree_for(&ready.scene, &options), Ok)?;
     let mut mesh = match options.marking {
@@ -213,7 +213,7 @@ pub fn solve_for<N: Into<Next>>(
         }
         mesh.divide(element)?;
     }
-    solve_on(&ready, &options, (mesh, Served::of(points)), watch)
+    solve_on(&ready, &options, (mesh, Served::at_points(points)), watch)
 }
 
 /// The same on a mesh of a scene that is ready, with options in its unit.
@@ -229,13 +229,13 @@ pub(crate) fn solve_on<N: Into<Next>>(
     divide_evenly(&mut mesh, options.first_elements)?;
     let mut solution = dark(ready, &options, (mesh, served), clock)?;
     let (mut before, mut expected) = (Duration::ZERO, Duration::ZERO);
-    let mut known = None;
+    let mut reached = None;
     loop {
         let began = clock.elapsed();
         let refined = solution.round(&options, expected)?;
         // A round that finds nothing to divide or to link finds nothing the next time.
-        let found = Some((solution.mesh.elements().len(), solution.progress.links));
-        let is_idle = std::mem::replace(&mut known, found) == found;
+        let sizes = Some((solution.mesh.elements().len(), solution.progress.links));
+        let is_idle = std::mem::replace(&mut reached, sizes) == sizes;
         solution.check(scene)?;
         let took = clock.elapsed().saturating_sub(began + refined);
         expected = expected_after(took, before);
@@ -305,11 +305,11 @@ fn nearest_of_few(mesh: &Mesh) -> Option<f64> {
 fn dark(ready: &Prepared, options: &Options, (mesh, served): (Mesh, Served), clock: Clock) -> Result<Solution, Error> {
     let scene = &ready.scene;
     let channels = scene.channels().to_vec();
-    let mut surfaces = Surfaces::of(scene);
+    let mut surfaces = Surfaces::from_scene(scene);
     let (low, high) = scene.bounds().unwrap_or((DVec3::ZERO, DVec3::ZERO));
     let progress = Progress { round: 0, elements: 0, links: 0, gathers: 0, estimate: f64::INFINITY };
     let receivers: Vec<usize> = mesh.leaves().collect();
-    let lamps = Lamps::of(&mesh, &surfaces);
+    let lamps = Lamps::find(&mesh, &surfaces);
     let precision = |is_even: bool| largest(options.error * if is_even { GLOWING_PART } else { EVALUATION_PART }, FINEST);
     let may_be_even = may_be_even(&mesh, &lamps);
     surfaces.check(&channels)?;
@@ -326,13 +326,13 @@ fn dark(ready: &Prepared, options: &Options, (mesh, served): (Mesh, Served), clo
         judged: Vec::new(),
         error_estimate: ErrorEstimate::default(),
         estimated: OnceLock::new(),
-        edges: Edges::of(&mesh),
+        edges: Edges::find(&mesh),
         details: OnceLock::new(),
         importance: OnceLock::new(),
         known_error: OnceLock::new(),
         kept: Kept::default(),
         unseen: Vec::new(),
-        left_by_direct: f64::INFINITY,
+        direct_residual: f64::INFINITY,
         extent: (high - low).max_element(),
         absolute: precision(may_be_even),
         past: [may_be_even && surfaces.may_be_even(&mesh), false].map(|is_even| largest(precision(is_even), FINEST_PAST)),
@@ -391,7 +391,8 @@ impl Solution {
             }
         }
         self.sweep(if may_be_even(&self.mesh, &self.lamps) { SOLVED } else { ROUGHLY_SOLVED * aim })?;
-        self.error_estimate = ErrorEstimate::of(self.estimating(), [self.left_of_direct(), self.left_of_reflected()])?;
+        self.error_estimate =
+            ErrorEstimate::solve(self.estimating(), [self.residuals_of_direct(), self.residuals_of_reflected()])?;
         let links = self.receivers.iter().map(|&receiver| self.links[receiver].len() + self.far[receiver].len()).sum();
         (self.details, self.estimated, self.importance) = (OnceLock::new(), OnceLock::new(), OnceLock::new());
         (self.known_error, self.kept) = (OnceLock::new(), Kept::default());
@@ -418,7 +419,7 @@ impl Solution {
         }
         let step = largest(STEP, smallest(error / self.progress.estimate, 1.0));
         let aim = largest(error, step * smallest(self.magnitude(), 1.0));
-        [aim, largest(error, smallest(aim, step * self.left_by_direct))]
+        [aim, largest(error, smallest(aim, step * self.direct_residual))]
     }
 
     /// Estimate of the mean magnitude of the error of gathers, relative as errors are.
@@ -431,11 +432,11 @@ impl Solution {
 fn emitted(scene: &Scene, mesh: &Mesh, lamps: &Lamps, surfaces: &Surfaces) -> [Vec<f64>; 2] {
     [true, false].map(|apart| {
         let is_meant = |face: usize| apart != (lamps.is_empty() || surfaces.glows_by_texture(face));
-        let of = |face: usize, channel: usize| match is_meant(face) {
+        let emission = |face: usize, channel: usize| match is_meant(face) {
             true => std::f64::consts::PI * scene.mean_over(face, Quantity::Radiance, channel),
             false => 0.0,
         };
-        (0..scene.channels().len()).map(|channel| mesh.mean(|root| of(mesh.elements()[root].face(), channel))).collect()
+        (0..scene.channels().len()).map(|channel| mesh.mean(|root| emission(mesh.elements()[root].face(), channel))).collect()
     })
 }
 

@@ -69,6 +69,6 @@ fn comments_name_things() {
     let words = comments.flat_map(|comment| comment.split(|c: char| !c.is_alphabetic())).filter(|word| !word.is_empty());
     let [whats, total] =
         words.fold([0, 0], |[whats, total], word| [whats + usize::from(word.eq_ignore_ascii_case("what")), total + 1]);
-    let share = 1000.0 * f64::from(whats) / f64::from(total);
+    let share = 1000.0 * whats as f64 / total as f64;
     assert!(share <= WHAT, "comments say \"what\" {share:.2} times in 1,000 words");
 }

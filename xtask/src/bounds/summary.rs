@@ -9,10 +9,16 @@ use radgrad_audit::run::Run;
 
 use crate::summary::{Ranked, fitted, right_aligned, with_header};
 
+<<<<<<< HEAD
 /// What was checked against what, then tightness, and with all rows also which rung answered.
 pub(crate) fn of(table: &Table, run: &Run, all_rows: bool) -> String {
     let rungs = if all_rows { format!("\n{}", fitted(rungs(table))) } else { String::new() };
     format!("{}\n{}{rungs}", checked(table, run), tightness(table).printed(all_rows))
+=======
+/// What was checked against what, then tightness, then who answered.
+pub(crate) fn print(table: &Table, run: &Run) -> String {
+    format!("{}\n{}\n{}", checked(table, run), fitted(tightness(table)), fitted(rungs(table)))
+>>>>>>> bfbfa9ac01f6e975fe07764ae49debff9f7de06f
 }
 
 fn checked(table: &Table, run: &Run) -> String {
@@ -79,17 +85,24 @@ fn tightness(table: &Table) -> Ranked {
             figure(gradient),
             inverse(value),
             inverse(gradient),
+<<<<<<< HEAD
             kept(table, Mark::MissesDefault, Mark::Nonzero),
             kept(table, Mark::MissesTight, Mark::Nonzero),
             kept(table, Mark::Blunt, Mark::Answer),
         ];
         ranked.add(largest.into_iter().fold(0.0, worse), cells.to_vec());
+=======
+            unmarked_share(table, Mark::MissesDefault, Mark::Nonzero),
+            unmarked_share(table, Mark::MissesTight, Mark::Nonzero),
+            unmarked_share(table, Mark::Blunt, Mark::Answer),
+        ]);
+>>>>>>> bfbfa9ac01f6e975fe07764ae49debff9f7de06f
     }
     ranked
 }
 
 /// The share of `all` that does not have a mark, in per cent cut (never rounded up to 100).
-fn kept(table: &FamilyTable, mark: Mark, all: Mark) -> String {
+fn unmarked_share(table: &FamilyTable, mark: Mark, all: Mark) -> String {
     let (marked, all) = (table.count(mark), table.count(all));
     if all == 0 {
         return String::new();

@@ -292,7 +292,7 @@ mod tests {
         let whole = plates.len() - 1;
         for (which, (x, y)) in plates.into_iter().enumerate() {
             let scene = rooms::plate_under_a_lamp(x, y);
-            let prepared = Prepared::of(&scene)?;
+            let prepared = Prepared::new(&scene)?;
             let model = Model::new(&prepared);
             let [floor, lamp, _] = &model.faces[..] else { panic!("three faces") };
             for piece in &lamp.triangles {

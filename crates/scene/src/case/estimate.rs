@@ -219,7 +219,7 @@ impl<'a> Task<'a> {
         let mut table: Vec<Vec<f64>> = Vec::with_capacity(degree + 1);
         for i in 0..=degree {
             let place = |j: usize| a + (b - a) * (i as f64 / n) + (c - a) * (j as f64 / n);
-            let row: Result<_, Error> = (0..=degree - i).map(|j| self.expression.at(place(j) / self.scale)).collect();
+            let row: Result<_, Error> = (0..=degree - i).map(|j| self.expression.evaluate(place(j) / self.scale)).collect();
             table.push(row?);
         }
         // Differences along the first index, then along the second.
@@ -333,7 +333,7 @@ mod tests {
         Polygon::new([[0.1, -2.0, 0.5], [0.1, 2.0, 0.5], [3.0, 0.0, 0.6]].map(DVec3::from).to_vec()).unwrap()
     }
 
-    fn of(text: &str, receiver: &Receiver, occluders: &[Polygon], tolerance: f64) -> Estimate {
+    fn estimate_of(text: &str, receiver: &Receiver, occluders: &[Polygon], tolerance: f64) -> Estimate {
         estimate(receiver, &square(), occluders, &Expression::parse(text).unwrap(), tolerance).unwrap()
     }
 
@@ -350,10 +350,11 @@ mod tests {
                 let receiver = Receiver::new(position, normal, 0.7).unwrap();
                 for occluders in [vec![], vec![screen()]] {
                     let expected = evaluate(&receiver, &emitter, &occluders).unwrap();
-                    let found = of("1 + x^3*y^2/2 - y^6/4", &receiver, &occluders, tolerance);
-                    let off = [(found.radiosity - expected.radiosity).abs(), (found.gradient - expected.gradient).length()];
-                    assert!(found.converged && off[0] <= tolerance * expected.radiosity.abs(), "{found:?} {expected:?}");
-                    assert!(off[1] <= tolerance * expected.gradient.length(), "{found:?} {expected:?}");
+                    let computed = estimate_of("1 + x^3*y^2/2 - y^6/4", &receiver, &occluders, tolerance);
+                    let errors =
+                        [(computed.radiosity - expected.radiosity).abs(), (computed.gradient - expected.gradient).length()];
+                    assert!(computed.converged && errors[0] <= tolerance * expected.radiosity.abs(), "{computed:?} {expected:?}");
+                    assert!(errors[1] <= tolerance * expected.gradient.length(), "{computed:?} {expected:?}");
                 }
             }
         }
@@ -373,26 +374,32 @@ mod tests {
         let receiver = Receiver::new(DVec3::new(0.3, 0.1, 0.2), DVec3::new(0.2, 0.1, 1.0), 1.0).unwrap();
         let expected = evaluate(&receiver, &emitter, &[]).unwrap();
         for tolerance in [1e-3, 1e-6, 1e-9] {
-            let found = of("1 + x*exp(-y)", &receiver, &[], tolerance);
-            assert!(found.converged, "{found:?}");
-            assert!((found.radiosity - expected.radiosity).abs() <= found.radiosity_estimate + 1e-10, "{found:?} {expected:?}");
-            assert!((found.gradient - expected.gradient).length() <= found.gradient_estimate + 1e-9, "{found:?} {expected:?}");
+            let computed = estimate_of("1 + x*exp(-y)", &receiver, &[], tolerance);
+            assert!(computed.converged, "{computed:?}");
+            assert!(
+                (computed.radiosity - expected.radiosity).abs() <= computed.radiosity_estimate + 1e-10,
+                "{computed:?} {expected:?}"
+            );
+            assert!(
+                (computed.gradient - expected.gradient).length() <= computed.gradient_estimate + 1e-9,
+                "{computed:?} {expected:?}"
+            );
         }
     }
 
     #[test]
     fn units_of_length_change_nothing_and_what_does_not_converge_says_so() {
         let receiver = Receiver::new(DVec3::new(0.3, 0.1, 0.2), DVec3::Z, 1.0).unwrap();
-        let found = of("1 + x^2*cos(y)", &receiver, &[], 1e-8);
+        let computed = estimate_of("1 + x^2*cos(y)", &receiver, &[], 1e-8);
         let unit = 2f64.powi(-90);
         let corners = square().vertices().iter().map(|&v| v * unit).collect();
         let small = Receiver::new(receiver.position() * unit, DVec3::Z, 1.0).unwrap();
         let text = format!("1 + (x*{:e})^2*cos(y*{:e})", 1.0 / unit, 1.0 / unit);
         let again = estimate(&small, &Polygon::new(corners).unwrap(), &[], &Expression::parse(&text).unwrap(), 1e-8).unwrap();
-        assert_eq!((again.radiosity, again.gradient * unit), (found.radiosity, found.gradient));
-        let jump = of("1 + max(0, x - 0.123)/abs(x - 0.123)", &receiver, &[], 1e-10);
+        assert_eq!((again.radiosity, again.gradient * unit), (computed.radiosity, computed.gradient));
+        let jump = estimate_of("1 + max(0, x - 0.123)/abs(x - 0.123)", &receiver, &[], 1e-10);
         assert!(!jump.converged && jump.radiosity_estimate > 1e-10 * jump.radiosity, "{jump:?}");
         let dark = Receiver::new(DVec3::new(0.0, 0.0, 2.0), DVec3::Z, 1.0).unwrap();
-        assert_eq!(of("x", &dark, &[], 1e-8).radiosity, 0.0);
+        assert_eq!(estimate_of("x", &dark, &[], 1e-8).radiosity, 0.0);
     }
 }

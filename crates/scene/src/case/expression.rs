@@ -53,12 +53,12 @@ enum Node {
 }
 
 impl Node {
-    fn at(&self, point: [f64; 3]) -> f64 {
+    fn evaluate(&self, point: [f64; 3]) -> f64 {
         match self {
             Self::Number(number) => *number,
             Self::Coordinate(axis) => point[*axis],
-            Self::Of(function, of) => function(of.at(point)),
-            Self::OfTwo(function, of) => function(of[0].at(point), of[1].at(point)),
+            Self::Of(function, inner) => function(inner.evaluate(point)),
+            Self::OfTwo(function, pair) => function(pair[0].evaluate(point), pair[1].evaluate(point)),
         }
     }
 
@@ -82,8 +82,8 @@ impl Expression {
     }
 
     /// The value at a point.
-    pub(super) fn at(&self, point: DVec3) -> Result<f64, Error> {
-        let value = self.0.at(point.to_array());
+    pub(super) fn evaluate(&self, point: DVec3) -> Result<f64, Error> {
+        let value = self.0.evaluate(point.to_array());
         if value.is_finite() { Ok(value) } else { Err(Error::ExpressionNotFinite { point, value }) }
     }
 }
@@ -98,8 +98,8 @@ struct Parser<'a> {
 impl Parser<'_> {
     /// The next character that is no space.
     fn peek(&mut self) -> Option<char> {
-        let rest = &self.text[self.at..];
-        self.at += rest.len() - rest.trim_start().len();
+        let remainder = &self.text[self.at..];
+        self.at += remainder.len() - remainder.trim_start().len();
         self.text[self.at..].chars().next()
     }
 
@@ -117,8 +117,8 @@ impl Parser<'_> {
     }
 
     fn wrong(&mut self, expected: &str) -> Error {
-        let found = self.peek().map_or_else(|| "its end".to_owned(), |c| format!("`{}`", c.escape_debug()));
-        Error::Expression { column: self.at + 1, rule: format!("expected {expected}, found {found}") }
+        let shown = self.peek().map_or_else(|| "its end".to_owned(), |c| format!("`{}`", c.escape_debug()));
+        Error::Expression { column: self.at + 1, rule: format!("expected {expected}, found {shown}") }
     }
 
     fn sum(&mut self) -> Result<Node, Error> {
@@ -181,20 +181,20 @@ impl Parser<'_> {
 
     /// The longest run of digits, with a point and an exponent.
     fn number(&mut self) -> Result<Node, Error> {
-        let rest = &self.text.as_bytes()[self.at..];
+        let remainder = &self.text.as_bytes()[self.at..];
         let mut end = 0;
         let digits = |mut end: usize| {
-            while rest.get(end).is_some_and(u8::is_ascii_digit) {
+            while remainder.get(end).is_some_and(u8::is_ascii_digit) {
                 end += 1;
             }
             end
         };
         end = digits(end);
-        if rest.get(end) == Some(&b'.') {
+        if remainder.get(end) == Some(&b'.') {
             end = digits(end + 1);
         }
-        if let Some(b'e' | b'E') = rest.get(end) {
-            let sign = usize::from(matches!(rest.get(end + 1), Some(b'+' | b'-')));
+        if let Some(b'e' | b'E') = remainder.get(end) {
+            let sign = usize::from(matches!(remainder.get(end + 1), Some(b'+' | b'-')));
             let exponent = digits(end + 1 + sign);
             end = if exponent > end + 1 + sign { exponent } else { end };
         }
@@ -209,9 +209,9 @@ impl Parser<'_> {
     }
 
     fn name(&mut self) -> Result<Node, Error> {
-        let rest = &self.text[self.at..];
-        let end = rest.find(|c: char| !c.is_ascii_alphanumeric()).unwrap_or(rest.len());
-        let (name, column) = (&rest[..end], self.at + 1);
+        let remainder = &self.text[self.at..];
+        let end = remainder.find(|c: char| !c.is_ascii_alphanumeric()).unwrap_or(remainder.len());
+        let (name, column) = (&remainder[..end], self.at + 1);
         self.at += end;
         match name {
             "x" => return Ok(Node::Coordinate(0)),
@@ -223,9 +223,9 @@ impl Parser<'_> {
         }
         if let Some((_, function)) = FUNCTIONS.iter().find(|(known, _)| *known == name) {
             self.expects('(')?;
-            let of = self.sum()?;
+            let argument = self.sum()?;
             self.expects(')')?;
-            return Ok(Node::Of(*function, Box::new(of)));
+            return Ok(Node::Of(*function, Box::new(argument)));
         }
         if let Some((_, function)) = OF_TWO.iter().find(|(known, _)| *known == name) {
             self.expects('(')?;
@@ -235,8 +235,8 @@ impl Parser<'_> {
             self.expects(')')?;
             return Ok(Node::of_two(*function, first, second));
         }
-        let known: Vec<&str> = FUNCTIONS.iter().map(|f| f.0).chain(OF_TWO.iter().map(|f| f.0)).collect();
-        let rule = format!("`{name}` is not known: there are x, y, z, pi, e, and the functions {}", known.join(", "));
+        let names: Vec<&str> = FUNCTIONS.iter().map(|f| f.0).chain(OF_TWO.iter().map(|f| f.0)).collect();
+        let rule = format!("`{name}` is not known: there are x, y, z, pi, e, and the functions {}", names.join(", "));
         Err(Error::Expression { column, rule })
     }
 }
@@ -261,7 +261,7 @@ mod tests {
             ("exp(-(x^2 + y^2)/2)", libm::exp(-6.5)),
             ("((((x))))", 3.0),
         ] {
-            assert_eq!(Expression::parse(text).unwrap().at(point).unwrap(), expected, "{text}");
+            assert_eq!(Expression::parse(text).unwrap().evaluate(point).unwrap(), expected, "{text}");
         }
     }
 
@@ -286,7 +286,7 @@ mod tests {
             let message = Expression::parse(text).unwrap_err().to_string();
             assert!(message.contains(said), "{message}");
         }
-        let error = Expression::parse("ln(x)").unwrap().at(DVec3::new(-1.0, 2.0, 3.0)).unwrap_err();
+        let error = Expression::parse("ln(x)").unwrap().evaluate(DVec3::new(-1.0, 2.0, 3.0)).unwrap_err();
         assert_eq!(error.to_string(), "emission is NaN at [-1, 2, 3]: it must be finite all over the emitter");
     }
 }

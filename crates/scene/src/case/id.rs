@@ -35,11 +35,11 @@ impl Id {
     /// The `id` of the object that starts `line`, even where the line breaks off or is wrong after it.
     #[must_use]
     pub fn find(line: &[u8]) -> Option<Self> {
-        let mut found = None;
-        let seeker = Seeker { found: &mut found };
+        let mut id = None;
+        let seeker = Seeker { found: &mut id };
         // The error was reported when the line was read as a case; here only what precedes it counts.
         let _ = seeker.deserialize(&mut serde_json::Deserializer::from_slice(line));
-        found
+        id
     }
 }
 

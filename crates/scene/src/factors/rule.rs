@@ -69,7 +69,7 @@ pub(super) fn patches(vertices: &[DVec3]) -> Vec<Patch> {
 }
 
 fn is_convex(vertices: &[DVec3]) -> bool {
-    let projection = Projection::of(vertices);
+    let projection = Projection::onto_largest(vertices);
     let points: Vec<_> = vertices.iter().map(|&v| projection.point(v)).collect();
     let count = points.len();
     (0..count).all(|i| robust::orient2d(points[i], points[(i + 1) % count], points[(i + 2) % count]) > 0.0)

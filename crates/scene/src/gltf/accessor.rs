@@ -73,8 +73,8 @@ impl Accessors<'_> {
         let size = types.iter().find(|(name, _)| *name == accessor.component_type).map(|(_, size)| *size);
         let (Some(size), true) = (size, accessor.shape == shape) else {
             let types = types.iter().map(|(name, _)| name.to_string()).collect::<Vec<_>>().join(" or ");
-            let found = format!("{} of component type {}", quoted(Some(&accessor.shape)), accessor.component_type);
-            return refuse(Error::expected(format!("{shape} of component type {types}"), found));
+            let given = format!("{} of component type {}", quoted(Some(&accessor.shape)), accessor.component_type);
+            return refuse(Error::expected(format!("{shape} of component type {types}"), given));
         };
         let Some(view_index) = accessor.buffer_view else {
             return refuse(Error::expected("a `bufferView`", "none"));
@@ -88,8 +88,8 @@ impl Accessors<'_> {
             }
         };
         if stride < size || needed.is_none_or(|needed| needed > view.len()) {
-            let found = format!("{} elements of {size} bytes, {stride} apart, from {}", accessor.count, accessor.byte_offset);
-            return refuse(Error::expected(format!("elements within the {} bytes of the buffer view", view.len()), found));
+            let given = format!("{} elements of {size} bytes, {stride} apart, from {}", accessor.count, accessor.byte_offset);
+            return refuse(Error::expected(format!("elements within the {} bytes of the buffer view", view.len()), given));
         }
         // Each node with a mesh reads its vertices again.
         self.budget.take_many("vertices of nodes", accessor.count, size_of::<DVec3>()).map_err(|error| (member(index), error))?;

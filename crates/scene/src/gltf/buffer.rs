@@ -23,12 +23,12 @@ pub(super) fn chunks(content: &[u8]) -> Result<(&[u8], Option<&[u8]>), Error> {
         return Err(document::other_version(&version.to_string()));
     }
     let (length, _) = word(rest).ok_or_else(truncated)?;
-    let mut rest = content.get(12..length).ok_or_else(truncated)?;
+    let mut remainder = content.get(12..length).ok_or_else(truncated)?;
     let mut next = || -> Result<(&[u8], &[u8]), Error> {
-        let (length, after) = word(rest).ok_or_else(truncated)?;
+        let (length, after) = word(remainder).ok_or_else(truncated)?;
         let (kind, after) = after.split_at_checked(4).ok_or_else(truncated)?;
         let (chunk, after) = after.split_at_checked(length).ok_or_else(truncated)?;
-        rest = after;
+        remainder = after;
         Ok((kind, chunk))
     };
     let (kind, json) = next()?;
@@ -59,7 +59,7 @@ pub(super) fn contents<'a>(
     budget: &Budget,
     read: &mut ReadFile<'_>,
 ) -> Result<Vec<Cow<'a, [u8]>>, Fault> {
-    let all = document.buffers.iter().enumerate().map(|(index, buffer)| {
+    let contents = document.buffers.iter().enumerate().map(|(index, buffer)| {
         let member = || format!("buffers[{index}]");
         let content = match (&buffer.uri, binary) {
             (None, Some(binary)) if index == 0 => Ok(Cow::Borrowed(binary)),
@@ -68,12 +68,12 @@ pub(super) fn contents<'a>(
         };
         let content = content.map_err(|error| (member(), error))?;
         if content.len() < buffer.byte_length {
-            let found = format!("{} bytes", content.len());
-            return Err((member(), Error::expected(format!("{} bytes", buffer.byte_length), found)));
+            let given = format!("{} bytes", content.len());
+            return Err((member(), Error::expected(format!("{} bytes", buffer.byte_length), given)));
         }
         Ok(content)
     });
-    all.collect()
+    contents.collect()
 }
 
 /// The data of a URI: inside it, or in the file it names.
@@ -150,8 +150,8 @@ pub(super) fn view<'a>(document: &Document, buffers: &'a [Cow<'_, [u8]>], index:
     };
     let end = view.byte_offset.checked_add(view.byte_length);
     end.and_then(|end| buffer.get(view.byte_offset..end)).ok_or_else(|| {
-        let found = format!("{} bytes from {}", view.byte_length, view.byte_offset);
-        (member, Error::expected(format!("bytes within the {} of the buffer", buffer.len()), found))
+        let given = format!("{} bytes from {}", view.byte_length, view.byte_offset);
+        (member, Error::expected(format!("bytes within the {} of the buffer", buffer.len()), given))
     })
 }
 

@@ -227,8 +227,8 @@ pub(super) struct Buffer {
 pub(super) fn memory_of(json: &[u8]) -> u64 {
     let count = |byte: u8| json.iter().filter(|&&b| b == byte).count();
     let largest = size_of::<Node>().max(size_of::<Material>()).max(size_of::<Accessor>()).max(size_of::<Primitive>());
-    let of = |count: usize, size: usize| (count as u64).saturating_mul(2 * size as u64);
-    of(count(b'{'), largest).saturating_add(of(count(b','), size_of::<String>()))
+    let bytes = |count: usize, size: usize| (count as u64).saturating_mul(2 * size as u64);
+    bytes(count(b'{'), largest).saturating_add(bytes(count(b','), size_of::<String>()))
 }
 
 const fn no_rotation() -> [f64; 4] {

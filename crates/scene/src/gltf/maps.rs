@@ -43,7 +43,7 @@ pub(super) fn of_materials(
     read: &mut ReadFile<'_>,
 ) -> Result<Vec<Maps>, Error> {
     let mut images: Vec<Option<Loaded>> = vec![None; document.images.len()];
-    let mut all = Vec::with_capacity(document.materials.len());
+    let mut every_map = Vec::with_capacity(document.materials.len());
     for (index, (material, &in_scene)) in document.materials.iter().zip(materials).enumerate() {
         let surface = material.pbr_metallic_roughness.as_ref();
         let uses = [surface.and_then(|surface| surface.base_color_texture.as_ref()), material.emissive_texture.as_ref()];
@@ -52,9 +52,10 @@ pub(super) fn of_materials(
             let Some(used) = used else { continue };
             let place = intake.place(Position::Member(format!("materials[{index}]")));
             let loaded = load(document, buffers, used, &mut images, intake, read);
-            let loaded = loaded.map_err(|(member, error)| error.at(intake.place(Position::Member(member))));
+            let loaded = loaded.map_err(|(member, error)| error.at_place(intake.place(Position::Member(member))));
             let set = loaded.and_then(|texture| {
-                let set = |texture| intake.scene().set_texture(in_scene, quantity, texture).map_err(|error| error.at(place));
+                let set =
+                    |texture| intake.scene().set_texture(in_scene, quantity, texture).map_err(|error| error.at_place(place));
                 texture.map(set).transpose()
             });
             let set = match set {
@@ -70,9 +71,9 @@ pub(super) fn of_materials(
                 maps[quantity as usize] = Some(Map { set, transform });
             }
         }
-        all.push(maps);
+        every_map.push(maps);
     }
-    Ok(all)
+    Ok(every_map)
 }
 
 fn load(

@@ -353,11 +353,12 @@ fn textures_lie_as_coordinates_samplers_and_transformations_say() {
     let read = textured(|_| ()).unwrap();
     assert!(read.notes().is_empty(), "{:?}", read.notes());
     // Face 0 is the triangle below the diagonal.
-    let at = |read: &Scene, face: usize, x: f64, y: f64| read.at(face, Quantity::Reflectance, DVec3::new(x, y, 0.0))[0] / 0.8;
+    let relative =
+        |read: &Scene, face: usize, x: f64, y: f64| read.value_at(face, Quantity::Reflectance, DVec3::new(x, y, 0.0))[0] / 0.8;
     let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-12, "{a} {b}");
-    near(at(&read, 0, 0.3, 0.1), 170.0 / 255.0);
-    near(at(&read, 0, 0.9, 0.1), 85.0 / 255.0);
-    near(at(&read, 1, 0.7, 0.9), 1.0);
+    near(relative(&read, 0, 0.3, 0.1), 170.0 / 255.0);
+    near(relative(&read, 0, 0.9, 0.1), 85.0 / 255.0);
+    near(relative(&read, 1, 0.7, 0.9), 1.0);
     let turned = textured(|document| {
         let transform = json!({"offset": [0.0, 1.0], "rotation": std::f64::consts::FRAC_PI_2, "scale": [1.0, 1.0]});
         document["materials"][0]["emissiveFactor"] = json!([1, 1, 1]);
@@ -365,7 +366,7 @@ fn textures_lie_as_coordinates_samplers_and_transformations_say() {
         document["extensionsRequired"] = json!(["KHR_texture_transform"]);
     });
     // (u, v) = (0.9, 0.9) becomes (v, 1 - u): the upper row, on the right.
-    near(turned.unwrap().at(0, Quantity::Radiance, DVec3::new(0.9, 0.1, 0.0))[0], 1.0);
+    near(turned.unwrap().value_at(0, Quantity::Radiance, DVec3::new(0.9, 0.1, 0.0))[0], 1.0);
     let error = |pointer: &str, value: Value| {
         textured(|document| *document.pointer_mut(pointer).unwrap() = value).unwrap_err().to_string()
     };

@@ -42,7 +42,7 @@ impl Map {
     /// Options, then the name of a file, which may have spaces; none without a name.
     pub(super) fn parse(mut words: Words<'_>, place: &Place, intake: &mut Intake) -> Result<Option<Self>, Error> {
         let (mut clamp, mut mapping) = (false, Mapping { scale: [1.0; 2], offset: [0.0; 2] });
-        while words.rest().starts_with('-') {
+        while words.remainder().starts_with('-') {
             let option = words.next().unwrap_or_default();
             match option {
                 "-s" => mapping.scale = pair(&mut words, 1.0)?,
@@ -60,7 +60,7 @@ impl Map {
                 }
             }
         }
-        let file = words.rest();
+        let file = words.remainder();
         if file.is_empty() {
             intake.ignore(place.clone(), "a texture without the name of a file is not used".to_owned());
             return Ok(None);
@@ -138,7 +138,7 @@ impl Textures {
             if let Some(texture) = texture {
                 // The texels stay shared.
                 let texture = if map.clamp { Arc::new(Texture::clone(&texture).wrapped([Wrap::Clamp; 2])) } else { texture };
-                match intake.scene().set_texture(material, quantity, texture).map_err(|error| error.at(map.place)) {
+                match intake.scene().set_texture(material, quantity, texture).map_err(|error| error.at_place(map.place)) {
                     Ok(()) => mappings[quantity as usize] = Some(map.mapping),
                     Err(error) if intake.needs_materials() => return Err(error),
                     Err(error) => intake.ignore_fault(error, "the texture is not used"),
@@ -157,7 +157,7 @@ fn open(map: &Map, quantity: Quantity, intake: &mut Intake, read: &mut ReadFile<
     let why = match content {
         Ok(content) if texture::is_png(&content) => {
             let decoded = texture::decode(&content, &name, intake.budget());
-            let (texture, transparent) = decoded.map_err(|error| error.at(map.place.clone()))?;
+            let (texture, transparent) = decoded.map_err(|error| error.at_place(map.place.clone()))?;
             if transparent {
                 intake.ignore(map.place.clone(), "transparency is not used: every face is opaque".to_owned());
             }
@@ -165,7 +165,7 @@ fn open(map: &Map, quantity: Quantity, intake: &mut Intake, read: &mut ReadFile<
         }
         Ok(content) => format!("is {} and would have to be a PNG", texture::format_of(&content)),
         Err(error) if error.kind() == io::ErrorKind::FileTooLarge => {
-            return Err(intake.budget().exceeded(&format!("`{}`", printable(&name))).at(map.place.clone()));
+            return Err(intake.budget().exceeded(&format!("`{}`", printable(&name))).at_place(map.place.clone()));
         }
         Err(error) => format!("cannot be read: {error}"),
     };

@@ -48,7 +48,7 @@ pub(super) fn parse(
         let mut words = Words::new(statement);
         let keyword = words.next().unwrap_or_default();
         if keyword == "newmtl" {
-            let name = words.rest().to_owned();
+            let name = words.remainder().to_owned();
             if name.is_empty() {
                 intake.ignore(place.clone(), "`newmtl` must name a material: its name is taken as empty".to_owned());
             }
@@ -59,7 +59,7 @@ pub(super) fn parse(
         match &mut entry {
             Some(entry) => {
                 if let Err(error) = property(entry, keyword, words, intake, &place) {
-                    entry.fault.get_or_insert(error.at(place));
+                    entry.fault.get_or_insert(error.at_place(place));
                 }
             }
             None => drop(before.get_or_insert(place)),
@@ -69,7 +69,7 @@ pub(super) fn parse(
     match (entry, before) {
         (None, place) => {
             let place = place.unwrap_or_else(|| Place::new(file, Position::File));
-            Err(Error::expected("a material library, `newmtl` first", "another file").at(place))
+            Err(Error::expected("a material library, `newmtl` first", "another file").at_place(place))
         }
         (Some(entry), before) => {
             if let Some(place) = before {
@@ -89,7 +89,7 @@ fn property(entry: &mut Entry, keyword: &str, mut words: Words<'_>, intake: &mut
             entry.radiance = Colour { place: place.clone(), values: Some(colour(keyword, words, intake, place)?) };
         }
         "d" | "Tr" => {
-            if words.rest().starts_with("-halo") {
+            if words.remainder().starts_with("-halo") {
                 words.next();
             }
             let opaque = if keyword == "d" { 1.0 } else { 0.0 };
@@ -112,7 +112,7 @@ fn property(entry: &mut Entry, keyword: &str, mut words: Words<'_>, intake: &mut
 
 /// Three numbers, or one for all three. Commas between them are noted; decimal commas are wrong.
 fn colour(keyword: &str, words: Words<'_>, intake: &mut Intake, place: &Place) -> Result<[f64; 3], Error> {
-    let text = words.rest();
+    let text = words.remainder();
     if text.starts_with("spectral") || text.starts_with("xyz") {
         return Err(Error::Unsupported {
             what: format!("a colour given as {}", quoted(text.split_ascii_whitespace().next())),
@@ -155,8 +155,8 @@ fn add(entry: Entry, intake: &mut Intake, library: &mut Library, textures: &mut 
         }
         Err(error @ Error::Material { quantity, .. }) => {
             let place = if quantity == "radiance" { radiance.place } else { reflectance.place };
-            library.add_unknown(&name, error.at(place), intake).map(|_| ())
+            library.add_unknown(&name, error.at_place(place), intake).map(|_| ())
         }
-        Err(error) => Err(error.at(reflectance.place)),
+        Err(error) => Err(error.at_place(reflectance.place)),
     }
 }

@@ -54,8 +54,8 @@ fn coordinates_keep_the_digits_of_a_double() {
 #[test]
 fn surfaces_are_groups_in_objects_and_come_back_by_name() {
     let before = ["", "o house\n", "g south wall\n", "g roof\n", "o shed\n", "o house\ng roof\n", "g\n"];
-    let at = |z: usize| format!("{}v 0 0 {z}\nv 1 0 {z}\nv 1 1 {z}\nf -3 -2 -1\n", before[z]);
-    let read = scene(&(0..7).map(at).collect::<String>()).unwrap();
+    let square_at = |z: usize| format!("{}v 0 0 {z}\nv 1 0 {z}\nv 1 1 {z}\nf -3 -2 -1\n", before[z]);
+    let read = scene(&(0..7).map(square_at).collect::<String>()).unwrap();
     let surfaces: Vec<(&str, &[usize])> = read.surfaces().iter().map(|s| (s.name(), s.faces())).collect();
     assert_eq!(
         surfaces,
@@ -71,9 +71,15 @@ fn materials_have_reflectance_and_radiance_and_the_rest_is_noted_where_it_matter
                    newmtl the lamp\nKe 16.72\nTr 0.5\nnewmtl rest\n";
     let text = format!("mtllib my lamps.mtl\nmtllib my lamps.mtl\n{SQUARE}usemtl white\nf 1 2 3\nusemtl the lamp\nf 1 3 4\n");
     let read = with_library(&text, library).unwrap();
-    let of = |face: usize| &read.materials()[read.faces()[face].material()];
-    assert_eq!((of(0).name(), of(0).reflectance(), of(0).radiance()), ("white", &[0.7, 0.6, 0.5][..], &[0.0; 3][..]));
-    assert_eq!((of(1).name(), of(1).reflectance(), of(1).radiance()), ("the lamp", &[0.0; 3][..], &[16.72; 3][..]));
+    let material = |face: usize| &read.materials()[read.faces()[face].material()];
+    assert_eq!(
+        (material(0).name(), material(0).reflectance(), material(0).radiance()),
+        ("white", &[0.7, 0.6, 0.5][..], &[0.0; 3][..])
+    );
+    assert_eq!(
+        (material(1).name(), material(1).reflectance(), material(1).radiance()),
+        ("the lamp", &[0.0; 3][..], &[16.72; 3][..])
+    );
     let notes: Vec<String> = read.notes().iter().map(ToString::to_string).collect();
     assert_eq!(
         notes,
@@ -108,11 +114,11 @@ fn a_missing_library_or_material_is_named_with_its_line() {
     let notes: Vec<String> = read.notes().iter().map(ToString::to_string).collect();
     assert_eq!(notes[0], "a.obj:2: `none.mtl` cannot be read: no such file");
     assert!(notes[1].ends_with("no such file: taken as black") && read.materials()[0].name() == "grey", "{notes:?}");
-    let known = "a.obj:6: there is no material `gray`: 1 are known from 1 libraries";
-    assert_eq!(message(&format!("{SQUARE}mtllib a.mtl\nusemtl gray\nusemtl white\nusemtl gray\nf 1 2 3\n")), known);
+    let expected = "a.obj:6: there is no material `gray`: 1 are known from 1 libraries";
+    assert_eq!(message(&format!("{SQUARE}mtllib a.mtl\nusemtl gray\nusemtl white\nusemtl gray\nf 1 2 3\n")), expected);
     // None has a face.
     let read = scene(&format!("{SQUARE}mtllib a.mtl\nusemtl gray\nusemtl grey\nf 1 2 3\n")).unwrap();
-    assert_eq!(read.notes()[0].to_string(), format!("{known}: no face has the material"));
+    assert_eq!(read.notes()[0].to_string(), format!("{expected}: no face has the material"));
     let read = scene(&format!("mtllib\nusemtl\n{SQUARE}f 1 2 3\n")).unwrap();
     let notes: Vec<String> = read.notes().iter().map(ToString::to_string).collect();
     assert_eq!(
@@ -193,8 +199,8 @@ fn no_word_of_a_file_that_is_no_library_is_shown() {
         let error = with_material(foreign.as_bytes(), crate::Materials::Required).unwrap_err().to_string();
         assert!(error.starts_with("a.obj:6: there is no material `m`: a.mtl:1: expected a "), "{error}");
         let notes = with_material(foreign.as_bytes(), crate::Materials::Optional).unwrap();
-        let all = notes.notes().iter().map(ToString::to_string).collect::<String>() + &error;
-        assert!(!all.contains("ecret") && !all.contains("root") && !all.contains("Kd"), "{all}");
+        let messages = notes.notes().iter().map(ToString::to_string).collect::<String>() + &error;
+        assert!(!messages.contains("ecret") && !messages.contains("root") && !messages.contains("Kd"), "{messages}");
     }
 }
 
@@ -327,8 +333,8 @@ fn a_flat_concave_face_stays_one_polygon_and_a_warped_one_keeps_its_outline() {
     assert_eq!((flat.faces().len(), flat.faces()[0].polygon().area()), (1, 5.0));
     let warped = scene(&l(0.1)).unwrap();
     assert_eq!(warped.faces().len(), 4);
-    let seen: f64 = warped.polygons().map(|p| p.area() * p.normal().z).sum();
-    assert!((seen - 5.0).abs() < 1e-14, "{seen}");
+    let projected: f64 = warped.polygons().map(|p| p.area() * p.normal().z).sum();
+    assert!((projected - 5.0).abs() < 1e-14, "{projected}");
 }
 
 #[test]
@@ -398,11 +404,11 @@ fn textures_multiply_reflectance_and_radiance_and_v_is_upwards() {
     let text = format!("mtllib a.mtl\n{SQUARE}{COORDINATES}usemtl m\nf 1/1 2/2 3/-2 4/4\n");
     let read = textured(&text, library).unwrap();
     assert!(read.notes().is_empty() && read.is_textured());
-    let at = |quantity, x: f64, y: f64| read.at(0, quantity, DVec3::new(x, y, 0.0));
-    let seen = [(0.2, 0.2), (0.8, 0.2), (0.2, 0.8), (0.8, 0.8)].map(|(x, y)| at(Quantity::Reflectance, x, y));
-    assert_eq!(seen.each_ref().map(|of| of[1]), [170.0 / 255.0, 85.0 / 255.0, 0.0, 1.0]);
-    assert_eq!(seen[3], [0.5, 1.0, 1.0]);
-    assert_eq!(at(Quantity::Radiance, 0.2, 0.1)[0], 85.0 / 255.0, "moved by half, twice as high");
+    let value = |quantity, x: f64, y: f64| read.value_at(0, quantity, DVec3::new(x, y, 0.0));
+    let values = [(0.2, 0.2), (0.8, 0.2), (0.2, 0.8), (0.8, 0.8)].map(|(x, y)| value(Quantity::Reflectance, x, y));
+    assert_eq!(values.each_ref().map(|of| of[1]), [170.0 / 255.0, 85.0 / 255.0, 0.0, 1.0]);
+    assert_eq!(values[3], [0.5, 1.0, 1.0]);
+    assert_eq!(value(Quantity::Radiance, 0.2, 0.1)[0], 85.0 / 255.0, "moved by half, twice as high");
     assert!((read.emitted_power(0) - std::f64::consts::PI * 0.5).abs() < 1e-15);
 }
 
@@ -420,7 +426,7 @@ fn a_face_whose_coordinates_are_not_affine_becomes_triangles_and_one_without_any
             "a.obj:11: a face of `default` has texture coordinates 1.000e0 off an affine function: split into 2 triangles",
         ]
     );
-    assert_eq!(read.at(2, Quantity::Reflectance, DVec3::new(0.9, 0.1, 0.0)), [0.5; 3]);
+    assert_eq!(read.value_at(2, Quantity::Reflectance, DVec3::new(0.9, 0.1, 0.0)), [0.5; 3]);
 }
 
 #[test]

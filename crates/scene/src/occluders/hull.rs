@@ -8,7 +8,7 @@ use crate::projection::Projection;
 /// The vertices that are corners of the hull, in the polygon's order (A. M. Andrew 1979). A convex polygon is its own hull.
 pub(super) fn convex_hull(polygon: &Polygon) -> Vec<DVec3> {
     let vertices = polygon.vertices();
-    let projection = Projection::of(vertices);
+    let projection = Projection::onto_largest(vertices);
     let points: Vec<Coord<f64>> = vertices.iter().map(|&v| projection.point(v)).collect();
     let left_turn = |[a, b, c]: [usize; 3]| orient2d(points[a], points[b], points[c]) > 0.0;
     let count = points.len();

@@ -68,12 +68,12 @@ impl Scene {
                 None => {
                     let name = format!("{FILE}: faces[{index}]");
                     let added = intake.add_material(&name, &face.reflectance, &face.radiance);
-                    let added = added.map_err(|error| error.at(place.clone()))?;
+                    let added = added.map_err(|error| error.at_place(place.clone()))?;
                     materials.insert(values, added);
                     added
                 }
             };
-            let surface = intake.surface(&face.surface).map_err(|error| error.at(place.clone()))?;
+            let surface = intake.surface(&face.surface).map_err(|error| error.at_place(place.clone()))?;
             intake.add_face(surface, material, face.vertices, place)?;
         }
         let scene = intake.assembled()?;
@@ -82,9 +82,9 @@ impl Scene {
             _ => None,
         });
         match (left_out, reading.degenerate) {
-            (Some((place, Some(reason))), Degenerate::Refuse) => Err(Error::Face(reason).at(place)),
+            (Some((place, Some(reason))), Degenerate::Refuse) => Err(Error::Face(reason).at_place(place)),
             (Some((place, None)), Degenerate::Refuse) => {
-                Err(Error::expected("a face that is wider than its precision", "one that is not").at(place))
+                Err(Error::expected("a face that is wider than its precision", "one that is not").at_place(place))
             }
             _ => Ok(scene),
         }

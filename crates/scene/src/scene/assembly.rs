@@ -46,16 +46,16 @@ impl Assembly<'_> {
     pub(super) fn add(&mut self, mut given: Vec<Given>, rounding: f64) -> Result<(), Error> {
         self.scene.modelling.precision = rounding;
         if let Some((face, error)) = given.iter().find_map(|face| Some((face, not_finite(&face.outline.vertices)?))) {
-            return Err(Error::Face(error).at(face.place.clone()));
+            return Err(Error::Face(error).at_place(face.place.clone()));
         }
         let mut welded = weld(given.iter().map(|face| &face.outline.vertices[..]), rounding);
         let (mut repeated, mut left_out, mut moved) = (Tally::default(), Tally::default(), Moved::default());
         for (index, face) in given.iter_mut().enumerate() {
-            let kept = without_repeated(welded.face(index));
-            if kept.len() < face.outline.vertices.len() {
+            let distinct = without_repeated(welded.face(index));
+            if distinct.len() < face.outline.vertices.len() {
                 repeated.add(&face.place, || None);
-                face.outline = face.outline.part(&kept);
-                welded.keep(index, &kept);
+                face.outline = face.outline.part(&distinct);
+                welded.keep(index, &distinct);
             }
         }
         let widths: Vec<f64> = (0..given.len()).map(|face| welded.width(face)).collect();
@@ -129,18 +129,18 @@ impl Assembly<'_> {
         match outline.charts(&polygon) {
             Ok(charts) => {
                 let added = self.scene.add_charted_face(surface, material, polygon, Some(place.clone()), charts);
-                added.map_err(|error| error.at(place.clone()))?;
+                added.map_err(|error| error.at_place(place.clone()))?;
             }
             Err(Error::Chart { off, .. }) => {
                 let Some(split) = split::triangles(&outline.vertices) else {
                     let error = Error::expected("a face that can be cut into triangles", "one that touches itself");
-                    return Err(error.at(place.clone()).into());
+                    return Err(error.at_place(place.clone()).into());
                 };
                 let triangles = self.add_triangles(surface, material, &outline, &split, place)?;
                 let surface = self.scene.surfaces[surface].name.clone();
                 self.note(Note::SplitForTexture { place: place.clone(), surface, triangles, off })?;
             }
-            Err(error) => return Err(error.at(place.clone()).into()),
+            Err(error) => return Err(error.at_place(place.clone()).into()),
         }
         Ok(())
     }
@@ -149,9 +149,11 @@ impl Assembly<'_> {
     fn add_parts(&mut self, surface: usize, material: usize, parts: Vec<Vec<DVec3>>, place: &Place) -> Result<(), Error> {
         let (count, name) = (parts.len(), self.scene.surfaces[surface].name.clone());
         for part in parts {
-            take_face(self.budget, part.len()).map_err(|error| error.at(place.clone()))?;
-            let polygon = Polygon::new(part).map_err(|error| Error::Face(error).at(place.clone()))?;
-            self.scene.add_face(surface, material, polygon, Some(place.clone())).map_err(|error| error.at(place.clone()))?;
+            take_face(self.budget, part.len()).map_err(|error| error.at_place(place.clone()))?;
+            let polygon = Polygon::new(part).map_err(|error| Error::Face(error).at_place(place.clone()))?;
+            self.scene
+                .add_face(surface, material, polygon, Some(place.clone()))
+                .map_err(|error| error.at_place(place.clone()))?;
         }
         self.note(Note::Bridged { place: place.clone(), surface: name, parts: count })
     }
@@ -166,12 +168,12 @@ impl Assembly<'_> {
         place: &Place,
     ) -> Result<usize, Error> {
         for triangle in split {
-            take_face(self.budget, 3).map_err(|error| error.at(place.clone()))?;
+            take_face(self.budget, 3).map_err(|error| error.at_place(place.clone()))?;
             let part = outline.part(triangle);
-            let polygon = Polygon::new(part.vertices.clone()).map_err(|error| Error::Face(error).at(place.clone()))?;
-            let charts = part.charts(&polygon).map_err(|error| error.at(place.clone()))?;
+            let polygon = Polygon::new(part.vertices.clone()).map_err(|error| Error::Face(error).at_place(place.clone()))?;
+            let charts = part.charts(&polygon).map_err(|error| error.at_place(place.clone()))?;
             let added = self.scene.add_charted_face(surface, material, polygon, Some(place.clone()), charts);
-            added.map_err(|error| error.at(place.clone()))?;
+            added.map_err(|error| error.at_place(place.clone()))?;
         }
         Ok(split.len())
     }
@@ -183,7 +185,7 @@ impl Assembly<'_> {
         fault: fn(radgrad_core::Error) -> Error,
     ) -> Result<(), Refused> {
         match self.degenerate {
-            Degenerate::Refuse => Err(fault(error).at(place.clone()).into()),
+            Degenerate::Refuse => Err(fault(error).at_place(place.clone()).into()),
             Degenerate::Drop => Err(Refused::WithoutArea(error)),
         }
     }
@@ -243,16 +245,16 @@ fn not_finite(vertices: &[DVec3]) -> Option<radgrad_core::Error> {
 
 /// Places of the vertices of a face that are kept: none that is its predecessor again, and no edge that is run back at once.
 fn without_repeated(vertices: &[usize]) -> Vec<usize> {
-    let mut kept: Vec<usize> = Vec::with_capacity(vertices.len());
+    let mut distinct: Vec<usize> = Vec::with_capacity(vertices.len());
     let vertex = |place: usize| vertices[place];
     for place in 0..vertices.len() {
-        kept.push(place);
+        distinct.push(place);
         loop {
-            let count = kept.len();
-            if count > 1 && vertex(kept[count - 1]) == vertex(kept[count - 2]) {
-                kept.pop();
-            } else if count > 2 && vertex(kept[count - 1]) == vertex(kept[count - 3]) {
-                kept.truncate(count - 2);
+            let count = distinct.len();
+            if count > 1 && vertex(distinct[count - 1]) == vertex(distinct[count - 2]) {
+                distinct.pop();
+            } else if count > 2 && vertex(distinct[count - 1]) == vertex(distinct[count - 3]) {
+                distinct.truncate(count - 2);
             } else {
                 break;
             }
@@ -260,15 +262,15 @@ fn without_repeated(vertices: &[usize]) -> Vec<usize> {
     }
     // The same where the last meets the first.
     loop {
-        let count = kept.len();
-        if count > 1 && vertex(kept[0]) == vertex(kept[count - 1]) {
-            kept.pop();
-        } else if count > 2 && vertex(kept[0]) == vertex(kept[count - 2]) {
-            kept.truncate(count - 2);
-        } else if count > 2 && vertex(kept[1]) == vertex(kept[count - 1]) {
-            kept.drain(..2);
+        let count = distinct.len();
+        if count > 1 && vertex(distinct[0]) == vertex(distinct[count - 1]) {
+            distinct.pop();
+        } else if count > 2 && vertex(distinct[0]) == vertex(distinct[count - 2]) {
+            distinct.truncate(count - 2);
+        } else if count > 2 && vertex(distinct[1]) == vertex(distinct[count - 1]) {
+            distinct.drain(..2);
         } else {
-            return kept;
+            return distinct;
         }
     }
 }

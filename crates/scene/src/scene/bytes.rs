@@ -91,8 +91,8 @@ impl Scene {
         for face in &self.faces {
             let place = face.place().map(|place| {
                 // Neighbours are mostly of one file.
-                let known = files.iter().rposition(|file| file == place.file());
-                let file = known.unwrap_or_else(|| {
+                let index = files.iter().rposition(|file| file == place.file());
+                let file = index.unwrap_or_else(|| {
                     files.push(place.file().to_owned());
                     files.len() - 1
                 });
@@ -163,7 +163,7 @@ impl Scene {
         let files: Vec<Arc<std::path::Path>> = record.files.into_iter().map(Into::into).collect();
         for face in record.faces {
             let place = match face.place {
-                Some((file, position)) => Some(Place::at(files.get(file).ok_or_else(|| missing("file", file))?, position)),
+                Some((file, position)) => Some(Place::in_file(files.get(file).ok_or_else(|| missing("file", file))?, position)),
                 None => None,
             };
             let vertices = face.vertices.into_iter().map(DVec3::from).collect();

@@ -115,7 +115,7 @@ impl Welded {
             return;
         }
         let around: Vec<DVec3> = self.positions.iter().map(|&v| v - centre).collect();
-        let planes = Planes::of(&around, &self.faces, rounding);
+        let planes = Planes::fit(&around, &self.faces, rounding);
         // Four roundings of doubles, as `radgrad_core::Polygon` allows.
         let flat = 4.0 * f64::EPSILON * coordinate;
         for (vertex, moved) in planes.settle(&around, flat, rounding) {

@@ -125,7 +125,7 @@ impl Intake {
     }
 
     pub(crate) fn place(&self, position: Position) -> Place {
-        Place::at(&self.file, position)
+        Place::in_file(&self.file, position)
     }
 
     pub(crate) const fn scene(&mut self) -> &mut Scene {
@@ -161,7 +161,7 @@ impl Intake {
                 self.ignored.insert(what.clone());
                 self.scene.notes.push(Note::Ignored { place, what });
             }
-            Err(error) => self.overdrawn = Some(error.at(place)),
+            Err(error) => self.overdrawn = Some(error.at_place(place)),
         }
     }
 
@@ -176,7 +176,7 @@ impl Intake {
     /// The text of the file, or of one that it names: of one that is no UTF-8 the encoding is noted.
     pub(crate) fn decode<'a>(&mut self, content: &'a [u8], file: &Path) -> Result<Cow<'a, str>, Error> {
         let text = words::text_of(content);
-        let (text, note) = text.map_err(|(line, error)| error.at(Place::new(file, Position::Line(line))))?;
+        let (text, note) = text.map_err(|(line, error)| error.at_place(Place::new(file, Position::Line(line))))?;
         if let Cow::Owned(text) = &text {
             self.budget.take("text", text.len() as u64)?;
         }
@@ -204,7 +204,7 @@ impl Intake {
         outline: Outline,
         place: Place,
     ) -> Result<(), Error> {
-        take_face(&self.budget, outline.vertices.len()).map_err(|error| error.at(place.clone()))?;
+        take_face(&self.budget, outline.vertices.len()).map_err(|error| error.at_place(place.clone()))?;
         self.given.push(Given { surface, material, outline, place });
         Ok(())
     }
@@ -217,7 +217,7 @@ impl Intake {
         let count = scene.faces.len();
         let rounding = scene.modelling.precision;
         let resolved = overlaps::resolve(&mut scene, rounding, overlaps);
-        resolved.map_err(|error| if error.place().is_none() { error.at(place) } else { error })?;
+        resolved.map_err(|error| if error.place().is_none() { error.at_place(place) } else { error })?;
         let added = scene.faces.len().saturating_sub(count);
         budget.take_many("pieces of faces", added, size_of::<Face>() + 40 * size_of::<DVec3>())?;
         scene.leave_out_empty_surfaces();
@@ -243,7 +243,7 @@ impl Intake {
                 Some((place, None)) => (place, "none that is wider than its coordinates are rounded".to_owned()),
                 None => (place, "none".to_owned()),
             };
-            return Err(Error::expected("at least one face", found).at(place));
+            return Err(Error::expected("at least one face", found).at_place(place));
         }
         scene.leave_out_empty_surfaces();
         Ok(scene)

@@ -26,7 +26,7 @@ pub(crate) fn keyhole(vertices: &[DVec3], rounding: f64) -> Option<Vec<Vec<DVec3
     let power = normalising_power(farthest);
     let offsets: Vec<DVec3> = vertices.iter().map(|&v| (v - vertices[0]) * power).collect();
     let turning: DVec3 = offsets.windows(2).map(|pair| pair[0].cross(pair[1])).sum();
-    let frame = Frame::of(vertices, turning.try_normalize()?, power);
+    let frame = Frame::new(vertices, turning.try_normalize()?, power);
     let tolerance = tolerance(power * rounding, power * farthest);
     let (mut bounds, mut holes, mut wanted, mut perimeter) = (Vec::new(), Vec::new(), 0.0, 0.0);
     for of_loop in &loops {

@@ -100,9 +100,9 @@ struct Sheet<'a> {
 }
 
 impl<'a> Sheet<'a> {
-    fn of(polygon: &'a Polygon, power: f64) -> Self {
+    fn new(polygon: &'a Polygon, power: f64) -> Self {
         let outline = polygon.vertices();
-        let frame = Frame::of(outline, polygon.normal(), power);
+        let frame = Frame::new(outline, polygon.normal(), power);
         let whole = Part::new(outline.iter().map(|&v| frame.corner(v)).collect());
         let (perimeter, largest) = (whole.perimeter(), power * outline.iter().map(|v| v.abs().max_element()).fold(0.0, largest));
         let level = Level::new(largest, perimeter / whole.area());
@@ -156,10 +156,10 @@ pub(super) struct Found {
 }
 
 impl<'a> Sheets<'a> {
-    fn of(scene: &'a Scene, rounding: f64) -> Self {
+    fn new(scene: &'a Scene, rounding: f64) -> Self {
         let (low, high) = scene.bounds().unwrap_or((DVec3::ZERO, DVec3::ZERO));
         let power = normalising_power(low.abs().max(high.abs()).max_element());
-        let sheets = scene.polygons().map(|polygon| Sheet::of(polygon, power)).collect();
+        let sheets = scene.polygons().map(|polygon| Sheet::new(polygon, power)).collect();
         Self { scene, sheets, power, rounding: power * rounding }
     }
 
@@ -205,10 +205,10 @@ impl<'a> Sheets<'a> {
         Relation::Overlap(Pair { faces, area: common.area, at: common.at, share })
     }
 
-    fn found(&self, index: &Occluders) -> Found {
+    fn find_pairs(&self, index: &Occluders) -> Found {
         let mut wholes: Vec<usize> = (0..self.sheets.len()).collect();
         let (mut pairs, mut explained, mut first_explained) = (Vec::new(), 0, None);
-        let of = |face: usize| (self.scene.faces[face].surface, self.scene.faces[face].material);
+        let surface_and_material = |face: usize| (self.scene.faces[face].surface, self.scene.faces[face].material);
         for face in (0..self.sheets.len()).filter(|&face| self.scene.exchanges(face)) {
             let sheet = &self.sheets[face];
             let reach = (4.0 * self.rounding + sheet.level.at(sheet.perimeter)) / self.power;
@@ -218,7 +218,7 @@ impl<'a> Sheets<'a> {
             near.sort_unstable();
             for other in near {
                 let relation = self.relation([face, other]);
-                if of(face) == of(other) && !matches!(relation, Relation::Apart) {
+                if surface_and_material(face) == surface_and_material(other) && !matches!(relation, Relation::Apart) {
                     let [one, joined] = [face, other].map(|face| root(&mut wholes, face));
                     wholes[joined] = one;
                 }
@@ -287,7 +287,7 @@ fn common(below: &Sheet<'_>, above: &Sheet<'_>, tolerance: f64, allowed: f64) ->
 
 /// The pairs of faces of a scene that overlap by more than this rounding explains.
 pub(super) fn pairs(scene: &Scene, index: &Occluders, rounding: f64) -> Vec<Pair> {
-    Sheets::of(scene, rounding).found(index).pairs
+    Sheets::new(scene, rounding).find_pairs(index).pairs
 }
 
 /// What is done to a scene: the polygons in the place of faces, and notes.
@@ -303,8 +303,8 @@ pub(crate) fn resolve(scene: &mut Scene, rounding: f64, overlaps: Overlaps) -> R
         return Err(Error::expected("a rounding of coordinates that is finite and not negative", rounding.to_string()));
     }
     let index = Occluders::new(scene.polygons());
-    let sheets = Sheets::of(scene, rounding);
-    let changes = changes(&sheets, &sheets.found(&index), rounding, overlaps)?;
+    let sheets = Sheets::new(scene, rounding);
+    let changes = changes(&sheets, &sheets.find_pairs(&index), rounding, overlaps)?;
     scene.apply(changes);
     Ok(())
 }
@@ -318,7 +318,7 @@ fn changes(sheets: &Sheets<'_>, found: &Found, rounding: f64, overlaps: Overlaps
     leave_out_doubles(sheets, &found.pairs, &mut changes);
     let is_there = |face: &usize| !changes.polygons.contains_key(face);
     let pairs: Vec<Pair> = found.pairs.iter().filter(|pair| pair.faces.iter().all(is_there)).copied().collect();
-    let order = Order::of(sheets, found, &pairs);
+    let order = Order::by_area(sheets, found, &pairs);
     let ordered: Vec<[usize; 2]> = pairs.iter().map(|pair| order.sorted(pair.faces)).collect();
     if overlaps != Overlaps::Cut {
         let nested = nested(sheets, &ordered);
@@ -366,7 +366,7 @@ struct Order {
 }
 
 impl Order {
-    fn of(sheets: &Sheets<'_>, found: &Found, pairs: &[Pair]) -> Self {
+    fn by_area(sheets: &Sheets<'_>, found: &Found, pairs: &[Pair]) -> Self {
         let mut areas = vec![0.0; found.wholes.len()];
         for (face, &whole) in found.wholes.iter().enumerate() {
             areas[whole] += sheets.sheets[face].area;
@@ -427,7 +427,7 @@ fn cut(sheets: &Sheets<'_>, face: usize, others: &[usize], changes: &mut Changes
             Err(radgrad_core::Error::ZeroArea { .. }) => {}
             Err(error) => {
                 let fault = Error::Face(error);
-                return Err(scene.faces[face].place.clone().map_or(fault.clone(), |place| fault.at(place)));
+                return Err(scene.faces[face].place.clone().map_or(fault.clone(), |place| fault.at_place(place)));
             }
         }
     }
@@ -467,9 +467,9 @@ impl Scene {
     /// };
     /// scene.add_face(wall, white, square(0.0, 4.0), None)?;
     /// scene.add_face(window, white, square(1.0, 2.0), None)?;
-    /// assert!(Prepared::of(&scene).is_err());
+    /// assert!(Prepared::new(&scene).is_err());
     /// scene.resolve_overlaps(0.0, Overlaps::Nested)?;
-    /// assert!(Prepared::of(&scene).is_ok());
+    /// assert!(Prepared::new(&scene).is_ok());
     /// assert_eq!((scene.area_of(wall), scene.area_of(window)), (15.0, 1.0));
     /// assert_eq!(scene.notes()[0].to_string(), "face 0 of `wall` is cut into 4 pieces around face 1 of `window`");
     /// # Ok::<(), radgrad_scene::Error>(())

@@ -46,7 +46,7 @@ pub(crate) struct Digits {
 
 impl Digits {
     /// Of the text of a number.
-    pub(crate) fn of(text: &str) -> Self {
+    pub(crate) fn parse(text: &str) -> Self {
         let (mantissa, exponent) = text.split_once(['e', 'E']).unwrap_or((text, ""));
         let power: i32 = exponent.parse().unwrap_or(0);
         let (whole, decimals) = mantissa.split_once('.').unwrap_or((mantissa, ""));
@@ -124,7 +124,7 @@ impl WrittenPrecision {
             Written::Text(digits) => self.digits(digits, value),
             Written::Single => self.single(value),
             Written::Double => {
-                self.digits(Digits::of(&value.to_string()), value);
+                self.digits(Digits::parse(&value.to_string()), value);
                 self.fixed = Some(None);
             }
         }
@@ -147,9 +147,9 @@ impl WrittenPrecision {
         // The first numbers tell enough: to print all takes longer than to read them.
         if self.is_new(value) && self.distinct.len() < DISTINCT {
             let single = to_single(value);
-            let shortest = Digits::of(&single.to_string());
+            let shortest = Digits::parse(&single.to_string());
             self.count(Digits { significant: shortest.significant.min(DOUBLE - 1), ..shortest }, value);
-            self.compare_with_single(Digits::of(&f64::from(single).to_string()), value);
+            self.compare_with_single(Digits::parse(&f64::from(single).to_string()), value);
         }
     }
 
@@ -170,11 +170,11 @@ impl WrittenPrecision {
     }
 
     fn decimal(&self) -> f64 {
-        let most = |having: usize| self.long >= ENOUGH && 5 * having >= 3 * self.long;
+        let are_most = |having: usize| self.long >= ENOUGH && 5 * having >= 3 * self.long;
         let unit = match (self.decimals, self.fixed) {
-            (Some(decimals), _) if most(self.with_decimals) => i32::from(decimals),
+            (Some(decimals), _) if are_most(self.with_decimals) => i32::from(decimals),
             (_, Some(Some(fixed))) if fixed >= 5 => i32::from(fixed),
-            _ if self.significant > LONG && most(self.with_significant) => {
+            _ if self.significant > LONG && are_most(self.with_significant) => {
                 // `9.99e3` has the exponent 3.
                 let exponent =
                     format!("{:e}", self.largest).rsplit_once('e').and_then(|(_, exponent)| exponent.parse::<i32>().ok());
@@ -229,7 +229,7 @@ impl WrittenPrecision {
 /// Whether a number that is read as a double is likely to have been rounded to single precision: it has more digits than are typed,
 /// and is an f32 or has fewer digits than doubles have.
 pub(crate) fn seems_single(value: f64) -> bool {
-    let Digits { significant, .. } = Digits::of(&value.to_string());
+    let Digits { significant, .. } = Digits::parse(&value.to_string());
     significant > TYPED && (significant < DOUBLE || f64::from(to_single(value)) == value)
 }
 
@@ -250,7 +250,7 @@ mod tests {
 
     fn rounding<T: AsRef<str>>(texts: impl IntoIterator<Item = T>) -> f64 {
         let mut precision = WrittenPrecision::new();
-        let mut add = |text: &str| precision.add(Written::Text(Digits::of(text)), text.parse().unwrap());
+        let mut add = |text: &str| precision.add(Written::Text(Digits::parse(text)), text.parse().unwrap());
         texts.into_iter().for_each(|text| add(text.as_ref()));
         precision.rounding()
     }
@@ -262,13 +262,13 @@ mod tests {
 
     #[test]
     fn digits_are_counted_without_zeros_at_either_end() {
-        let of = |text: &str| {
-            let Digits { significant, decimals, fixed } = Digits::of(text);
+        let digits = |text: &str| {
+            let Digits { significant, decimals, fixed } = Digits::parse(text);
             (significant, decimals, fixed)
         };
-        assert_eq!((of("4123"), of("-1200"), of("0.0250")), ((4, 0, Some(0)), (2, -2, Some(0)), (2, 3, Some(4))));
-        assert_eq!((of("1.5e-3"), of("+10.E2"), of(".5")), ((2, 4, None), (1, -3, None), (1, 1, Some(1))));
-        assert_eq!((of("0.000").0, of("").0, of("1e999999999").1), (0, 0, i16::MIN));
+        assert_eq!((digits("4123"), digits("-1200"), digits("0.0250")), ((4, 0, Some(0)), (2, -2, Some(0)), (2, 3, Some(4))));
+        assert_eq!((digits("1.5e-3"), digits("+10.E2"), digits(".5")), ((2, 4, None), (1, -3, None), (1, 1, Some(1))));
+        assert_eq!((digits("0.000").0, digits("").0, digits("1e999999999").1), (0, 0, i16::MIN));
     }
 
     #[test]
@@ -305,8 +305,8 @@ mod tests {
 
     #[test]
     fn significant_digits_round_by_the_largest() {
-        let of = |x: f64, digits: usize| format!("{x:.digits$e}").parse::<f64>().unwrap().to_string();
-        let q = rounding(random(1.0).enumerate().map(|(index, x)| of(x * [1.0, 10.0, 100.0][index % 3], 5)));
+        let rounded = |x: f64, digits: usize| format!("{x:.digits$e}").parse::<f64>().unwrap().to_string();
+        let q = rounding(random(1.0).enumerate().map(|(index, x)| rounded(x * [1.0, 10.0, 100.0][index % 3], 5)));
         assert_eq!(q, 5e-5, "six digits of up to 99.9999");
     }
 
@@ -318,8 +318,8 @@ mod tests {
         let prints: [fn(f64) -> String; 4] =
             [|x| x.to_string(), |x| (to_single(x)).to_string(), |x| format!("{x:.8e}"), |x| format!("{x:.6}")];
         for print in prints {
-            let found = rounding(singles().map(print));
-            assert!((found - q).abs() < 1e-8 * q, "{found:e} of {q:e}, {}", print(largest));
+            let computed = rounding(singles().map(print));
+            assert!((computed - q).abs() < 1e-8 * q, "{computed:e} of {q:e}, {}", print(largest));
         }
         // Where their distance is about a unit of the third decimal: a few need a fourth.
         let far: Vec<String> = (1..16_u16).map(|index| (10_000.0 + f32::from(index) * 60.0 / 7.0).to_string()).collect();
@@ -334,15 +334,15 @@ mod tests {
 
     #[test]
     fn four_bytes_are_rounded_where_their_value_is_no_short_decimal() {
-        let of = |values: &[f32]| {
+        let precision_of = |values: &[f32]| {
             let mut precision = WrittenPrecision::new();
             values.iter().for_each(|&value| precision.add(Written::Single, f64::from(value)));
             precision.rounding()
         };
-        assert_eq!(of(&[0.0, 1.0, 0.5, -2.25, 4123.0]), 0.0);
-        assert_eq!(of(&[0.0, 1.0, -0.3]), 1.0 / 16_777_216.0);
+        assert_eq!(precision_of(&[0.0, 1.0, 0.5, -2.25, 4123.0]), 0.0);
+        assert_eq!(precision_of(&[0.0, 1.0, -0.3]), 1.0 / 16_777_216.0);
         let millimetres: Vec<f32> = random(5.0).map(|x| format!("{x:.3}").parse().unwrap()).collect();
-        assert_eq!(of(&millimetres), 5e-4, "rounded before");
+        assert_eq!(precision_of(&millimetres), 5e-4, "rounded before");
     }
 
     #[test]
@@ -371,7 +371,7 @@ mod tests {
     fn values_out_of_range_are_no_single_precision_and_stop_nothing() {
         assert_eq!(rounding(["1e300", "1e-320", "1e-300", "5e-324"]), 0.0);
         let mut precision = WrittenPrecision::new();
-        precision.add(Written::Text(Digits::of("nan")), f64::NAN);
+        precision.add(Written::Text(Digits::parse("nan")), f64::NAN);
         precision.add(Written::Single, f64::INFINITY);
         assert_eq!(precision.rounding(), 0.0);
     }

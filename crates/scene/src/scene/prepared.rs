@@ -60,7 +60,7 @@ impl Placement {
         self.power
     }
 
-    fn of(scene: &Scene) -> Self {
+    fn centring(scene: &Scene) -> Self {
         let Some((low, high)) = scene.bounds() else { return Self::default() };
         // Halves cannot overflow.
         let (middle, half) = (low * 0.5 + high * 0.5, (high * 0.5 - low * 0.5).max_element());
@@ -81,7 +81,7 @@ impl Placement {
 /// let (white, floor) = (scene.add_material("white", [0.8], [0.0])?, scene.add_surface("floor"));
 /// let far_away = [(0.0, 0.0), (4.0, 0.0), (4.0, 4.0), (0.0, 4.0)].map(|(x, y)| DVec3::new(1e9 + x, y, 0.0));
 /// scene.add_face(floor, white, Polygon::new(far_away.to_vec()).unwrap(), None)?;
-/// let Prepared { scene: ready, placement, .. } = Prepared::of(&scene)?;
+/// let Prepared { scene: ready, placement, .. } = Prepared::new(&scene)?;
 /// assert_eq!(ready.polygons().next().unwrap().vertices()[0], DVec3::new(-2.0, 0.0, 0.0));
 /// assert_eq!(placement.outward(DVec3::new(-2.0, 0.0, 0.0)), far_away[0]);
 /// # Ok::<(), radgrad_scene::Error>(())
@@ -105,8 +105,8 @@ impl Prepared {
     /// If its lengths are of so different sizes that no double of one unit has them all; if a face is then no polygon any more, its
     /// vertices being off its plane by the rounding of large coordinates; or if two faces overlap in one plane, so that light
     /// from there would count twice.
-    pub fn of(scene: &Scene) -> Result<Self, Error> {
-        let placement = Placement::of(scene);
+    pub fn new(scene: &Scene) -> Result<Self, Error> {
+        let placement = Placement::centring(scene);
         let ready = scene.placed(&placement)?;
         let index = Occluders::new(ready.polygons());
         // What was cut far away has corners that were rounded there.
@@ -198,8 +198,8 @@ impl Scene {
             return warnings;
         }
         let named = |keep: &dyn Fn(&[usize]) -> bool| {
-            let kept = self.surfaces.iter().filter(|surface| surface.exchanges && keep(&surface.faces));
-            kept.map(|surface| surface.name.clone()).collect::<Vec<String>>()
+            let chosen = self.surfaces.iter().filter(|surface| surface.exchanges && keep(&surface.faces));
+            chosen.map(|surface| surface.name.clone()).collect::<Vec<String>>()
         };
         let lights_nothing = |faces: &[usize]| faces.iter().any(|face| blind[*face] && lamps.binary_search(face).is_ok());
         let sees_nothing = |faces: &[usize]| !lights_nothing(faces) && faces.iter().all(|&face| blind[face]);

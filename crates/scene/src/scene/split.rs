@@ -28,7 +28,7 @@ pub fn is_parallelogram(outline: &[DVec3]) -> bool {
 
 /// Indices of the vertices of each triangle, counter-clockwise as the face is; `None` if the projected face is no polygon.
 pub fn triangles(vertices: &[DVec3]) -> Option<Vec<[usize; 3]>> {
-    let projection = Projection::of(vertices);
+    let projection = Projection::onto_largest(vertices);
     let points: Vec<Coord<f64>> = vertices.iter().map(|&v| projection.point(v)).collect();
     // This refuses an outline that crosses or touches itself. The projection keeps orientation, so that the outline is
     // counter-clockwise.
@@ -39,28 +39,30 @@ pub fn triangles(vertices: &[DVec3]) -> Option<Vec<[usize; 3]>> {
     if convex && (1..count - 1).all(|i| turn(0, i, i + 1) > 0.0) {
         return Some((1..count - 1).map(|i| [0, i, i + 1]).collect());
     }
-    let mut rest: Vec<usize> = (0..count).collect();
-    let corner = |rest: &[usize], k: usize| [rest[(k + rest.len() - 1) % rest.len()], rest[k], rest[(k + 1) % rest.len()]];
-    let is_ear = |rest: &[usize], k: usize| {
-        effort::spend(rest.len() as u64);
-        let [a, b, c] = corner(rest, k);
-        let clear = |p: usize| turn(a, b, p) < 0.0 || turn(b, c, p) < 0.0 || turn(c, a, p) < 0.0;
-        turn(a, b, c) > 0.0 && rest.iter().all(|&p| [a, b, c].contains(&p) || clear(p))
+    let mut uncut: Vec<usize> = (0..count).collect();
+    let corner = |vertices: &[usize], k: usize| {
+        [vertices[(k + vertices.len() - 1) % vertices.len()], vertices[k], vertices[(k + 1) % vertices.len()]]
     };
-    let mut ears: Vec<bool> = (0..count).map(|k| is_ear(&rest, k)).collect();
+    let is_ear = |vertices: &[usize], k: usize| {
+        effort::spend(vertices.len() as u64);
+        let [a, b, c] = corner(vertices, k);
+        let clear = |p: usize| turn(a, b, p) < 0.0 || turn(b, c, p) < 0.0 || turn(c, a, p) < 0.0;
+        turn(a, b, c) > 0.0 && vertices.iter().all(|&p| [a, b, c].contains(&p) || clear(p))
+    };
+    let mut ears: Vec<bool> = (0..count).map(|k| is_ear(&uncut, k)).collect();
     let mut triangles = Vec::with_capacity(count - 2);
-    while rest.len() > 3 {
+    while uncut.len() > 3 {
         // A simple polygon has two ears.
         let ear = ears.iter().position(|is_ear| *is_ear)?;
-        triangles.push(corner(&rest, ear));
-        rest.remove(ear);
+        triangles.push(corner(&uncut, ear));
+        uncut.remove(ear);
         ears.remove(ear);
         // Cutting it off changes no other corner but its neighbours.
-        for k in [(ear + rest.len() - 1) % rest.len(), ear % rest.len()] {
-            ears[k] = is_ear(&rest, k);
+        for k in [(ear + uncut.len() - 1) % uncut.len(), ear % uncut.len()] {
+            ears[k] = is_ear(&uncut, k);
         }
     }
-    triangles.push([rest[0], rest[1], rest[2]]);
+    triangles.push([uncut[0], uncut[1], uncut[2]]);
     Some(triangles)
 }
 

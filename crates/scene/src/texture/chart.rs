@@ -36,8 +36,8 @@ impl Chart {
             return Err(Error::Count { what: "texture coordinates", found: coordinates.len(), expected: vertices.len() });
         }
         if let Some(vertex) = coordinates.iter().position(|uv| !(uv[0].is_finite() && uv[1].is_finite())) {
-            let found = format!("{:?} at vertex {vertex}", coordinates[vertex]);
-            return Err(Error::expected("finite texture coordinates", found));
+            let given = format!("{:?} at vertex {vertex}", coordinates[vertex]);
+            return Err(Error::expected("finite texture coordinates", given));
         }
         // The triangle of the largest area at the first vertex decides, so that the others are inside or not far out.
         let origin = vertices[0];
@@ -51,17 +51,17 @@ impl Chart {
             dual[0] * rise(widest) + dual[1] * rise(widest + 1)
         };
         let chart = Self { origin, at_origin: coordinates[0], gradients: [gradient(0), gradient(1)] };
-        let off = |(vertex, uv): (&DVec3, &[f64; 2])| {
+        let difference = |(vertex, uv): (&DVec3, &[f64; 2])| {
             let here = chart.coordinates(*vertex);
             largest((here[0] - uv[0]).abs(), (here[1] - uv[1]).abs())
         };
-        let (worst, off) = vertices
+        let (worst, error) = vertices
             .iter()
             .zip(coordinates)
-            .map(off)
+            .map(difference)
             .enumerate()
             .fold((0, 0.0), |most, next| if next.1 > most.1 || next.1.is_nan() { next } else { most });
-        if off <= ROUNDED { Ok(chart) } else { Err(Error::Chart { vertex: worst, off, allowed: ROUNDED }) }
+        if error <= ROUNDED { Ok(chart) } else { Err(Error::Chart { vertex: worst, off: error, allowed: ROUNDED }) }
     }
 
     /// The numbers that make it: origin, `u` and `v` there, and their gradients.
@@ -91,8 +91,8 @@ impl Chart {
     /// Whether a texture has no more texels on the polygon than can be summed.
     pub(crate) fn check(&self, polygon: &Polygon, texture: &Texture) -> Result<(), Error> {
         let extent = |k: usize| {
-            let at = polygon.vertices().iter().map(|&v| self.coordinates(v)[k] * texture.size()[k] as f64);
-            at.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], c| [smallest(low, c), largest(high, c)])
+            let texels = polygon.vertices().iter().map(|&v| self.coordinates(v)[k] * texture.size()[k] as f64);
+            texels.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], c| [smallest(low, c), largest(high, c)])
         };
         let extents = [extent(0), extent(1)];
         let far = extents.as_flattened().iter().map(|end| end.abs()).fold(0.0, largest);
@@ -125,8 +125,8 @@ mod tests {
         let given = [[0.25, 0.5], [1.25, 0.5], [1.5, 2.5], [0.5, 2.5]];
         let chart = Chart::new(&tilted, &given).unwrap();
         for (vertex, given) in tilted.vertices().iter().zip(given) {
-            let found = chart.coordinates(*vertex);
-            assert!((found[0] - given[0]).abs() + (found[1] - given[1]).abs() < 1e-14, "{found:?} {given:?}");
+            let computed = chart.coordinates(*vertex);
+            assert!((computed[0] - given[0]).abs() + (computed[1] - given[1]).abs() < 1e-14, "{computed:?} {given:?}");
         }
         let error = Chart::new(&tilted, &[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.5]]).unwrap_err();
         assert!(matches!(error, Error::Chart { .. }), "{error}");

@@ -63,8 +63,8 @@ impl Texture {
 
 /// The first and last texel along an axis. A polygon that ends on the edge of a texel has no part of the next.
 fn extent(polygon: &[Corner], axis: usize) -> [i64; 2] {
-    let at = polygon.iter().map(|corner| corner.texel[axis]);
-    let (low, high) = at.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), c| (smallest(low, c), largest(high, c)));
+    let texels = polygon.iter().map(|corner| corner.texel[axis]);
+    let (low, high) = texels.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), c| (smallest(low, c), largest(high, c)));
     let (first, last) = (floor(low), floor(high));
     [first, if last > first && last as f64 == high { last - 1 } else { last.max(first) }]
 }
@@ -128,7 +128,7 @@ mod tests {
                 }
                 let size = area(&piece.corners);
                 assert!(size > -1e-15);
-                assert!(size < 1e-12 || texture.at(chart(middle)) == piece.values, "{which} {middle:?}");
+                assert!(size < 1e-12 || texture.value_at(chart(middle)) == piece.values, "{which} {middle:?}");
                 covered += size;
                 pieces += 1;
             });

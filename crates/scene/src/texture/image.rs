@@ -42,7 +42,7 @@ pub(crate) fn format_of(content: &[u8]) -> &'static str {
 pub(crate) fn decode(content: &[u8], name: &str, budget: &Budget) -> Result<(Texture, bool), Error> {
     let refused = |rule: String| Error::Texture { texture: name.to_owned(), rule };
     let failed = |error: png::DecodingError| refused(format!("no PNG: {error}"));
-    let bytes = usize::try_from(budget.left()).unwrap_or(usize::MAX);
+    let bytes = usize::try_from(budget.remaining()).unwrap_or(usize::MAX);
     let mut decoder = Decoder::new_with_limits(Cursor::new(content), Limits { bytes });
     decoder.set_transformations(Transformations::EXPAND);
     // Compressed texts and profiles may be large, and are of no use.

@@ -26,9 +26,9 @@ pub(super) struct Remainder<'a> {
 
 impl<'a> Remainder<'a> {
     /// All of the base, which must be convex; `number` is its own in the file.
-    pub(super) fn of(number: usize, base: &'a Polygon) -> Result<Self, Error> {
+    pub(super) fn whole(number: usize, base: &'a Polygon) -> Result<Self, Error> {
         let power = normalising_power(base.size());
-        let frame = Frame::of(base.vertices(), base.normal(), power);
+        let frame = Frame::new(base.vertices(), base.normal(), power);
         let tolerance = tolerance(PLANARITY * base.size(), farthest(base)) * power;
         let mut remainder = Self { number, base, frame, area: 0.0, tolerance, pieces: Vec::new() };
         let Some(whole) = remainder.convex(base.vertices()) else {
@@ -44,11 +44,11 @@ impl<'a> Remainder<'a> {
     pub(super) fn without(&mut self, subsurface: &Polygon, reversed: bool) -> Result<(), Error> {
         let mut outline = subsurface.vertices().to_vec();
         let (normal, origin) = (self.base.normal(), self.base.vertices()[0]);
-        let off = outline.iter().map(|&v| normal.dot(v - origin).abs()).fold(0.0, largest);
+        let distance = outline.iter().map(|&v| normal.dot(v - origin).abs()).fold(0.0, largest);
         let allowed =
             PLANARITY * self.base.size() + 4.0 * f64::EPSILON * largest(farthest(subsurface), origin.abs().max_element());
-        if off > allowed {
-            return Err(self.fault(format!("a vertex is {off:e} off the plane of the base (allowed {allowed:e})")));
+        if distance > allowed {
+            return Err(self.fault(format!("a vertex is {distance:e} off the plane of the base (allowed {allowed:e})")));
         }
         if (normal.dot(subsurface.normal()) < 0.0) != reversed {
             let rule = if reversed { "a null surface must face its base" } else { "a subsurface must face as its base does" };

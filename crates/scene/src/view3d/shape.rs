@@ -55,13 +55,13 @@ impl Shape {
                     let word = words.next();
                     let value = number(word, what)?;
                     if !matches!(*what, "azimuth" | "tilt") {
-                        intake.written().add(Written::Text(Digits::of(word.unwrap_or_default())), value);
+                        intake.written().add(Written::Text(Digits::parse(word.unwrap_or_default())), value);
                     }
                     numbers.push(value);
                 }
                 Ok(())
             };
-            read().map_err(|error: Error| error.at(intake.place(Position::Line(line))))?;
+            read().map_err(|error: Error| error.at_place(intake.place(Position::Line(line))))?;
         }
         let (plane, shape) = numbers.split_at(PLANE.len());
         let pairs: Vec<[f64; 2]> = match self {

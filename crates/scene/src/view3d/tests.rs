@@ -155,8 +155,8 @@ fn subsurfaces_that_do_not_fit_are_refused_with_the_reason() {
     };
     let outside = error("S 7 9 10 11 12 1 0 0.9 window");
     assert!(outside.starts_with("a.vs3:26: subsurface of surface 1: of its area 0.5, 2.5e-1 is outside the base"), "{outside}");
-    let off = error("S 7 13 3 4 0 1 0 0.9 window");
-    assert!(off.contains("a vertex is 1e-3 off the plane of the base (allowed 4"), "{off}");
+    let refusal = error("S 7 13 3 4 0 1 0 0.9 window");
+    assert!(refusal.contains("a vertex is 1e-3 off the plane of the base (allowed 4"), "{refusal}");
     assert!(error("S 7 12 3 9 0 1 0 0.9 window").contains("must face as its base does"));
     assert!(error("N 7 9 3 12 0 1 0 0.9 hole").contains("a null surface must face its base"));
     assert!(error("S 7 9 3 12 0 1 0 0.9 window\nS 8 9 3 12 0 1 0 0.9 again").contains("in another subsurface"));

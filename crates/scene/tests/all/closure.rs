@@ -10,12 +10,12 @@ fn closure(scene: &Scene, index: &Occluders, face: usize, point: DVec3) -> (f64,
     let (mut sum, mut error, mut searches) = (0.0, 0.0, Vec::new());
     for (j, polygon) in scene.polygons().enumerate().filter(|(j, _)| *j != face) {
         let Some(beam) = Beam::from_point_of(own, point, polygon) else { continue };
-        let found = index.in_beam(&beam, &[face, j]);
-        let hiding = found.polygons.iter().map(|&i| scene.faces()[i].polygon());
+        let search = index.in_beam(&beam, &[face, j]);
+        let hiding = search.polygons.iter().map(|&i| scene.faces()[i].polygon());
         let emitter = Emitter::new(polygon.clone(), Emission::Constant(1.0)).unwrap();
         let answer = evaluate(&receiver, &emitter, hiding).unwrap();
         (sum, error) = (sum + answer.radiosity, error + answer.radiosity_error);
-        searches.push(found);
+        searches.push(search);
     }
     (sum, error, searches)
 }

@@ -185,13 +185,13 @@ fn a_repair_closes_rows_inside_the_brackets_and_keeps_factors_reciprocal() {
     assert!(matrix.worst_closure() <= 1e-13 && matrix.worst_reciprocity() <= 1e-15, "{repaired:?}");
     // Bounds that were met are met still, though factors are not in the middle of their brackets any more.
     assert_eq!(matrix.unmet(&ROUGH).count(), before.unmet(&ROUGH).count());
-    let mut most = 0.0;
+    let mut largest_change = 0.0;
     for (from, entry) in matrix.entries() {
         let was = before.factor(from, entry.face);
         assert!(entry.lower <= entry.factor && entry.factor <= entry.upper, "{from}: {entry:?}");
-        most = largest(most, (entry.factor - was).abs());
+        largest_change = largest(largest_change, (entry.factor - was).abs());
     }
-    assert!((most - repaired.largest).abs() <= 1e-15 && most < 1e-3 && most > 0.0, "{repaired:?}");
+    assert!((largest_change - repaired.largest).abs() <= 1e-15 && largest_change < 1e-3 && largest_change > 0.0, "{repaired:?}");
     // An open scene is none that can be repaired, and stays as it is.
     let scene = behind_a_screen([0.0, 0.5], [0.0, 0.5]);
     let mut matrix = FormFactors::new(&scene).unwrap().matrix(&ROUGH, || ()).unwrap();
@@ -249,11 +249,11 @@ fn points_of_the_cornell_box_see_as_much_of_the_light_as_every_polygon_together_
     // Points above the floor, so that nothing is in their plane: all other polygons may be given as occluders.
     for (x, z) in (0..12).flat_map(|i| (0..5).map(move |k| (40.0 + 41.0 * f64::from(i), 33.0 + 101.0 * f64::from(k)))) {
         let receiver = Receiver::new(DVec3::new(x, 1.0, z), DVec3::Y, 1.0).unwrap();
-        let found = factors.at_point(&receiver, None, light, 1e-13).unwrap();
+        let answer = factors.at_point(&receiver, None, light, 1e-13).unwrap();
         let others = scene.polygons().enumerate().filter(|(face, _)| *face != light).map(|(_, polygon)| polygon);
         let Ok(truth) = evaluate_digits(&receiver, &emitter, others, 20) else { continue };
         let truth: f64 = truth.radiosity.parse().unwrap();
-        assert!((found.radiosity - truth).abs() <= found.radiosity_error + 1e-16 && found.radiosity_error <= 1e-12, "{x} {z}");
+        assert!((answer.radiosity - truth).abs() <= answer.radiosity_error + 1e-16 && answer.radiosity_error <= 1e-12, "{x} {z}");
         let free = radgrad_core::radiosity(&receiver, &emitter).unwrap();
         lit += usize::from(truth == free || (truth - free).abs() < 1e-12);
         partly += usize::from(truth > 1e-6 && truth < free - 1e-6);
@@ -266,10 +266,10 @@ fn a_cloud(per_side: u32) -> (Vec<Polygon>, [Polygon; 2]) {
     let mut triangles = Vec::new();
     let step = 1.0 / f64::from(per_side);
     for (i, j, k) in (0..per_side).flat_map(|i| (0..per_side).flat_map(move |j| (0..per_side).map(move |k| (i, j, k)))) {
-        let at = DVec3::new(f64::from(i), f64::from(j), f64::from(k)) * step;
+        let corner = DVec3::new(f64::from(i), f64::from(j), f64::from(k)) * step;
         let size = 0.4 * step;
         let corners = [DVec3::ZERO, DVec3::new(size, 0.1 * size, 0.3 * size), DVec3::new(0.2 * size, size, 0.5 * size)];
-        triangles.push(Polygon::new(corners.iter().map(|&c| at + c + DVec3::splat(0.3 * step)).collect()).unwrap());
+        triangles.push(Polygon::new(corners.iter().map(|&c| corner + c + DVec3::splat(0.3 * step)).collect()).unwrap());
     }
     let square =
         |z: f64, up: bool| Polygon::new(level([0.40, 0.45], [0.52, 0.57], z, up).iter().map(|&p| p.into()).collect()).unwrap();
@@ -281,12 +281,12 @@ fn one_factor_in_ten_thousand_triangles_costs_what_is_in_its_beam() {
     let (triangles, [from, to]) = a_cloud(22);
     assert!(triangles.len() > 10_000);
     let index = Occluders::new(&triangles);
-    let found = index.in_beam(&Beam::from_polygon(&from, &to).unwrap(), &[]);
-    let (near, all) = (found.polygons.len(), triangles.len());
+    let search = index.in_beam(&Beam::from_polygon(&from, &to).unwrap(), &[]);
+    let (near, all) = (search.polygons.len(), triangles.len());
     assert!((20..200).contains(&near), "{near}");
-    assert!(found.polygons_tested < 20 * near && found.boxes_tested < 40 * near, "{found:?} of {all}");
+    assert!(search.polygons_tested < 20 * near && search.boxes_tested < 40 * near, "{search:?} of {all}");
     // An eighth of the triangles: a tenth of the cost or more, since the beam is as long in steps by a half.
     let (fewer, _) = a_cloud(11);
     let coarse = Occluders::new(&fewer).in_beam(&Beam::from_polygon(&from, &to).unwrap(), &[]);
-    assert!(found.polygons_tested <= 12 * coarse.polygons_tested, "{found:?} {coarse:?}");
+    assert!(search.polygons_tested <= 12 * coarse.polygons_tested, "{search:?} {coarse:?}");
 }

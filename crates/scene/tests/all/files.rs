@@ -9,8 +9,8 @@ fn the_cornell_box_has_its_left_wall_split_and_reported() {
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/scenes/cornell.obj");
     let scene = Scene::read(file, Degenerate::Refuse).unwrap();
     assert_eq!((scene.surfaces().len(), scene.faces().len()), (8, 20));
-    let left = scene.surface_named("left").unwrap();
-    assert_eq!(scene.surfaces()[left].faces().len(), 2);
+    let left_wall = scene.surface_named("left").unwrap();
+    assert_eq!(scene.surfaces()[left_wall].faces().len(), 2);
     let [Note::Split { surface, triangles: 2, distance, .. }] = scene.notes() else { panic!("{:?}", scene.notes()) };
     assert_eq!(surface, "left");
     // Four corners of a warped quadrilateral are equally far from the plane between them.

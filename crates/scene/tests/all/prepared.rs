@@ -21,14 +21,14 @@ fn scene(to: impl Fn(f64) -> f64) -> Scene {
 #[test]
 fn factors_and_fields_of_a_scene_far_away_are_those_at_the_origin_within_their_bounds() {
     let (here, settings) = (scene(|x| x), FactorSettings::default());
-    let known = FormFactors::new(&here).unwrap();
-    let (matrix, field) = (known.matrix(&settings, || ()).unwrap(), known.field(0, 4, &[(1, 1.0)], 1e-9, || ()).unwrap());
+    let at_origin = FormFactors::new(&here).unwrap();
+    let (matrix, field) = (at_origin.matrix(&settings, || ()).unwrap(), at_origin.field(0, 4, &[(1, 1.0)], 1e-9, || ()).unwrap());
     for shift in [1e9, 1e10, 1e14, 1e15] {
         let there = scene(|x| x + shift);
         let factors = FormFactors::new(&there).unwrap();
-        let found = factors.matrix(&settings, || ()).unwrap();
-        assert_eq!(found.entries().count(), matrix.entries().count());
-        for ((_, a), (_, b)) in matrix.entries().zip(found.entries()) {
+        let moved_matrix = factors.matrix(&settings, || ()).unwrap();
+        assert_eq!(moved_matrix.entries().count(), matrix.entries().count());
+        for ((_, a), (_, b)) in matrix.entries().zip(moved_matrix.entries()) {
             assert!(a.face == b.face && (a.factor - b.factor).abs() <= a.error + b.error, "{shift:e}: {a:?} {b:?}");
         }
         let cells = factors.field(0, 4, &[(1, 1.0)], 1e-9, || ()).unwrap();
@@ -48,8 +48,8 @@ fn a_field_far_away_is_that_at_the_centres_that_it_states() {
     let mut moved = 0;
     for cell in FormFactors::new(&there).unwrap().field(0, 3, &[(1, 1.0)], 1e-12, || ()).unwrap() {
         let receiver = Receiver::new(cell.centre - shift, DVec3::Z, 1.0).unwrap();
-        let at = known.at_point(&receiver, Some(0), 1, 1e-12).unwrap();
-        assert!((cell.value - at.radiosity).abs() <= cell.value_error + at.radiosity_error, "{cell:?} {at:?}");
+        let expected = known.at_point(&receiver, Some(0), 1, 1e-12).unwrap();
+        assert!((cell.value - expected.radiosity).abs() <= cell.value_error + expected.radiosity_error, "{cell:?} {expected:?}");
         moved += usize::from((cell.centre.x - shift) * 6.0 % 1.0 != 0.0);
     }
     assert!(moved > 0);
@@ -58,9 +58,9 @@ fn a_field_far_away_is_that_at_the_centres_that_it_states() {
 #[test]
 fn a_unit_that_is_another_power_of_two_changes_no_digit_of_factors() {
     let (here, settings) = (scene(|x| x), FactorSettings::default());
-    let known = FormFactors::new(&here).unwrap();
-    let (matrix, field) = (known.matrix(&settings, || ()).unwrap(), known.field(0, 3, &[(1, 1.0)], 1e-9, || ()).unwrap());
-    let at = |factors: &FormFactors<'_>, unit: f64| {
+    let in_metres = FormFactors::new(&here).unwrap();
+    let (matrix, field) = (in_metres.matrix(&settings, || ()).unwrap(), in_metres.field(0, 3, &[(1, 1.0)], 1e-9, || ()).unwrap());
+    let answer = |factors: &FormFactors<'_>, unit: f64| {
         let receiver = Receiver::new(DVec3::new(0.3, 0.4, 0.0) * unit, DVec3::Z, 1.0).unwrap();
         factors.at_point(&receiver, Some(0), 1, 1e-12).unwrap()
     };
@@ -68,10 +68,10 @@ fn a_unit_that_is_another_power_of_two_changes_no_digit_of_factors() {
         let unit = 2f64.powi(exponent);
         let there = scene(|x| x * unit);
         let factors = FormFactors::new(&there).unwrap();
-        let found = factors.matrix(&settings, || ()).unwrap();
-        assert!(found.entries().eq(matrix.entries()), "2^{exponent}");
-        assert_eq!(found.by_surface(&there).rows, matrix.by_surface(&here).rows);
-        assert_eq!(at(&factors, unit), at(&known, 1.0));
+        let scaled = factors.matrix(&settings, || ()).unwrap();
+        assert!(scaled.entries().eq(matrix.entries()), "2^{exponent}");
+        assert_eq!(scaled.by_surface(&there).rows, matrix.by_surface(&here).rows);
+        assert_eq!(answer(&factors, unit), answer(&in_metres, 1.0));
         for (a, b) in field.iter().zip(factors.field(0, 3, &[(1, 1.0)], 1e-9, || ()).unwrap()) {
             assert_eq!(
                 (a.value, a.value_error, a.gradient, a.centre),

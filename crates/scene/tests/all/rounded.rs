@@ -136,9 +136,9 @@ fn boxes_in_files_have_the_factors_of_the_boxes_that_they_were_rounded_from() {
             assert_eq!(unmet, 0, "box {seed}, {rounding:?}:\n{text}");
             for (&[from, to], &(factor, error)) in &found {
                 let exact = truth.get(&[from, to]).map_or(0.0, |exact| exact.0);
-                let off = (factor - exact).abs();
-                assert!(off <= 1e-3 + 8.0 * unit, "box {seed}, {rounding:?}: {from} to {to}: {factor} for {exact}");
-                assert!(off <= error + 1e-9, "box {seed}, {rounding:?}: {from} to {to}: {factor} +- {error} for {exact}");
+                let difference = (factor - exact).abs();
+                assert!(difference <= 1e-3 + 8.0 * unit, "box {seed}, {rounding:?}: {from} to {to}: {factor} for {exact}");
+                assert!(difference <= error + 1e-9, "box {seed}, {rounding:?}: {from} to {to}: {factor} +- {error} for {exact}");
                 assert!(
                     faces[from].0 != faces[to].0 || factor <= 1e-9 + 8.0 * unit,
                     "box {seed}: {from} sees its wall: {factor}"

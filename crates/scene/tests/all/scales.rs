@@ -26,8 +26,8 @@ fn occluders_of_any_scale_hide_what_they_do() {
             let gradient = DVec3::from([0, 1, 2].map(|axis| number(&truth["gradient"][axis])));
             let largest = gradient.abs().max_element();
             // Squares of 1e297 are beyond the range of doubles.
-            let off = ((answer.gradient - gradient) / largest).length();
-            assert!(off <= answer.gradient_error / largest + 4.0 * f64::EPSILON, "{}: {answer:?}", case.id);
+            let difference = ((answer.gradient - gradient) / largest).length();
+            assert!(difference <= answer.gradient_error / largest + 4.0 * f64::EPSILON, "{}: {answer:?}", case.id);
         }
     }
 }

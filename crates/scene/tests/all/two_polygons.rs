@@ -68,14 +68,14 @@ fn two_squares_exchange_what_the_table_says_within_their_brackets_and_alike_both
         let allowed = if is_free { IN_FREE_SIGHT } else { PAST_A_SCREEN };
         for (from, to) in [(0, 1), (1, 0)] {
             let entry = matrix.row(from).find(|entry| entry.face == to).unwrap();
-            let off = (entry.factor - expected).abs() / expected;
-            assert!(off <= allowed, "{line}: {entry:?}, off by {off:e}");
+            let relative_error = (entry.factor - expected).abs() / expected;
+            assert!(relative_error <= allowed, "{line}: {entry:?}, off by {relative_error:e}");
             // The table and the sines of angles have a rounding each.
             let slack = 4.0 * f64::EPSILON * expected;
             assert!(entry.lower <= expected + slack && entry.upper >= expected - slack, "{line}: {entry:?}");
             assert!(entry.lower <= entry.factor && entry.factor <= entry.upper, "{line}: {entry:?}");
             assert!(entry.error <= settings.tolerance, "{line}: {entry:?}");
-            worst[usize::from(!is_free)] = largest(worst[usize::from(!is_free)], off);
+            worst[usize::from(!is_free)] = largest(worst[usize::from(!is_free)], relative_error);
         }
         assert!(matrix.worst_reciprocity() <= RECIPROCITY, "{line}: {:e}", matrix.worst_reciprocity());
     }

@@ -35,7 +35,7 @@ pub(super) struct Importance {
     /// For each source that it sees, channel and node, the most that is gathered of `b_h`.
     pub(super) gathered: Vec<Vec<f64>>,
     /// For each channel and node, the same of light through clusters.
-    beyond: Vec<Vec<f64>>,
+    from_clusters: Vec<Vec<f64>>,
     /// For each channel, the most by which z exceeds that.
     more: Vec<Vec<f64>>,
     /// For each channel, the most that z is in any case.
@@ -44,9 +44,9 @@ pub(super) struct Importance {
 
 impl Importance {
     /// The largest importance on a receiver, of light that the chosen sources and all in clusters reflect.
-    pub(super) fn of(&self, index: usize, channel: usize, seen: &SeenSources, chosen: impl Fn(usize) -> bool) -> f64 {
+    pub(super) fn largest_on(&self, index: usize, channel: usize, seen: &SeenSources, chosen: impl Fn(usize) -> bool) -> f64 {
         let (nodes, channels) = (seen.nodes, self.more[index].len());
-        let mut sums = self.beyond[index][channel * nodes..(channel + 1) * nodes].to_vec();
+        let mut sums = self.from_clusters[index][channel * nodes..(channel + 1) * nodes].to_vec();
         for place in (0..seen.sources.len()).filter(|&place| chosen(place)) {
             let start = (place * channels + channel) * nodes;
             sums.iter_mut().zip(&self.gathered[index][start..start + nodes]).for_each(|(sum, z)| *sum += z);
@@ -57,17 +57,20 @@ impl Importance {
 }
 
 /// Where no bound is found on what `b_h` leaves out, as where faces reflect all light, that is left out here.
-pub(super) fn of(scene: Scene<'_>, receives: &[bool], seen: &[SeenSources]) -> Result<Importance, Error> {
+pub(super) fn solve(scene: Scene<'_>, receives: &[bool], seen: &[SeenSources]) -> Result<Importance, Error> {
     let Scene { mesh, surfaces, receivers, links, far, channels } = scene;
     let (field, own) = solved(scene)?;
-    let at = |(index, &receiver): (usize, &usize)| gathers(scene, &field, &links[receiver], &seen[index]);
-    let gathered: Vec<Vec<f64>> = receivers.par_iter().enumerate().map(at).collect();
+    let gathered_on = |(index, &receiver): (usize, &usize)| gathers(scene, &field, &links[receiver], &seen[index]);
+    let gathered: Vec<Vec<f64>> = receivers.par_iter().enumerate().map(gathered_on).collect();
     let of_far = |(index, &receiver): (usize, &usize)| -> Vec<f64> {
         // What samples are off by is as often too much as too little.
-        let at = |channel: usize, node: usize| far[receiver].value(&field, channel, node);
-        (0..channels).flat_map(|channel| (0..seen[index].nodes).map(move |node| (channel, node))).map(|(c, n)| at(c, n)).collect()
+        let value = |channel: usize, node: usize| far[receiver].value(&field, channel, node);
+        (0..channels)
+            .flat_map(|channel| (0..seen[index].nodes).map(move |node| (channel, node)))
+            .map(|(c, n)| value(c, n))
+            .collect()
     };
-    let beyond: Vec<Vec<f64>> = receivers.par_iter().enumerate().map(of_far).collect();
+    let from_clusters: Vec<Vec<f64>> = receivers.par_iter().enumerate().map(of_far).collect();
     let of_receiver = |(index, &receiver): (usize, &usize)| -> Vec<Residual> {
         (0..channels).map(|channel| defect(scene, &field, receiver, channel, &seen[index], &own[receiver])).collect()
     };
@@ -77,36 +80,41 @@ pub(super) fn of(scene: Scene<'_>, receives: &[bool], seen: &[SeenSources]) -> R
     let on_clusters = scene.pairs_of(&[&defects]);
     let of_defect = |(index, &receiver): (usize, &usize)| scene.gathered_of(receiver, &defects, &on_clusters, &seen[index]);
     let own: Vec<Vec<f64>> = receivers.par_iter().enumerate().map(of_defect).collect();
-    let more = Risen::of(scene, receives, seen, &own, &unknown);
-    let most = if surfaces.is_textured() || more.is_none() {
+    let more = Risen::solve(scene, receives, seen, &own, &unknown);
+    let largest_at_nodes = if surfaces.is_textured() || more.is_none() {
         let on_clusters = scene.pairs(|element, channel| (scene.reflectance(element, channel), f64::INFINITY));
         let reflected = |(index, &receiver): (usize, &usize)| scene.reflected(receiver, &on_clusters, &seen[index]);
         let own: Vec<Vec<f64>> = receivers.par_iter().enumerate().map(reflected).collect();
-        Risen::of(scene, receives, seen, &own, &unknown)
+        Risen::solve(scene, receives, seen, &own, &unknown)
     } else {
         None
     };
-    let is_bounded = more.is_some() || most.is_some();
+    let is_bounded = more.is_some() || largest_at_nodes.is_some();
     let largest = |of: &Option<Risen>| -> Vec<Vec<f64>> {
-        let at = |receiver: usize, channel: usize| match (of, scene.reflectance(receiver, channel)) {
+        let largest_on = |receiver: usize, channel: usize| match (of, scene.reflectance(receiver, channel)) {
             // A black receiver leaves nothing out but what rounding does.
             (_, 0.0) => 0.0,
             (None, _) => f64::INFINITY,
             // As z itself at the nodes; but with textures this is most of it, and what it varies by is added.
-            (Some(risen), rho) if surfaces.is_textured() => risen.most(receiver * channels + channel) / rho,
+            (Some(risen), rho) if surfaces.is_textured() => risen.largest_with_variation(receiver * channels + channel) / rho,
             (Some(risen), rho) => risen.largest[receiver * channels + channel] / rho,
         };
-        let mut all: Vec<Vec<f64>> =
-            receivers.iter().map(|&receiver| (0..channels).map(|channel| at(receiver, channel)).collect()).collect();
+        let mut values: Vec<Vec<f64>> =
+            receivers.iter().map(|&receiver| (0..channels).map(|channel| largest_on(receiver, channel)).collect()).collect();
         for channel in 0..channels {
-            let greatest = all.iter().map(|of| of[channel]).fold(0.0, larger);
-            let black = receivers.iter().zip(&mut all).filter(|(receiver, _)| scene.reflectance(**receiver, channel) == 0.0);
+            let greatest = values.iter().map(|of| of[channel]).fold(0.0, larger);
+            let black = receivers.iter().zip(&mut values).filter(|(receiver, _)| scene.reflectance(**receiver, channel) == 0.0);
             black.for_each(|(_, of)| of[channel] = greatest);
         }
-        all
+        values
     };
     let nothing = || vec![vec![0.0; channels]; receivers.len()];
-    Ok(Importance { gathered, beyond, more: if is_bounded { largest(&more) } else { nothing() }, most: largest(&most) })
+    Ok(Importance {
+        gathered,
+        from_clusters,
+        more: if is_bounded { largest(&more) } else { nothing() },
+        most: largest(&largest_at_nodes),
+    })
 }
 
 /// The polynomial solution and what receivers themselves hold of it.
@@ -145,7 +153,8 @@ fn gathers(scene: Scene<'_>, field: &Field, links: &[Link], seen: &SeenSources) 
     for (link, place) in links.iter().zip(&seen.places) {
         let len = mesh.basis(link.source).len();
         for channel in 0..channels {
-            let (coefficients, start) = (field.of(link.source, channel, len), (place * channels + channel) * seen.nodes);
+            let (coefficients, start) =
+                (field.coefficients(link.source, channel, len), (place * channels + channel) * seen.nodes);
             for (sum, row) in gathered[start..start + seen.nodes].iter_mut().zip(&link.rows) {
                 let value: f64 = row.values.iter().zip(coefficients).map(|(v, c)| v * c).sum();
                 *sum += value + field.neglected(mesh, link.source, channel, row) + row.likely_error_of(coefficients);
@@ -163,7 +172,7 @@ fn defect(scene: Scene<'_>, field: &Field, receiver: usize, channel: usize, seen
     let mut at_nodes: Vec<f64> = (0..seen.nodes).map(|node| far.value(field, channel, node)).collect();
     let mut beside = vec![0.0; seen.nodes];
     for link in &links[receiver] {
-        let coefficients = field.of(link.source, channel, mesh.basis(link.source).len());
+        let coefficients = field.coefficients(link.source, channel, mesh.basis(link.source).len());
         for ((sum, beside), row) in at_nodes.iter_mut().zip(&mut beside).zip(&link.rows) {
             *sum += row.values.iter().zip(coefficients).map(|(v, c)| v * c).sum::<f64>();
             *beside += field.neglected(mesh, link.source, channel, row) + row.likely_error_of(coefficients);
@@ -171,7 +180,7 @@ fn defect(scene: Scene<'_>, field: &Field, receiver: usize, channel: usize, seen
     }
     let samples: Vec<f64> = at_nodes.iter().map(|h| rho * h).collect();
     let held = &own[channel * basis.len()..(channel + 1) * basis.len()];
-    let mut defect = Residual::of(element, basis, &samples);
+    let mut defect = Residual::project(element, basis, &samples);
     let unsolved: Vec<f64> = match surfaces.pattern(receiver, channel) {
         None => {
             let mut projected = basis.project(&samples);
@@ -199,7 +208,7 @@ impl Scene<'_> {
         for (place, &source) in seen.sources.iter().enumerate() {
             let degree = self.mesh.basis(source).degree();
             for node in 0..seen.nodes {
-                let Some(found) = seen.found(place, node) else { continue };
+                let Some(found) = seen.kernel_bounds(place, node) else { continue };
                 for (channel, residual) in of[source].iter().enumerate() {
                     sums[channel * seen.nodes + node] += residual.gathered(degree, &found).total();
                 }

@@ -60,11 +60,11 @@ struct Gathers {
     parts: Vec<f64>,
 }
 
-pub(super) fn of(scene: Scene<'_>, residuals: &[Residuals; 2], seen: &[SeenSources], importance: &Importance) -> Mean {
+pub(super) fn estimate(scene: Scene<'_>, residuals: &[Residuals; 2], seen: &[SeenSources], importance: &Importance) -> Mean {
     let Scene { mesh, surfaces, receivers, channels, .. } = scene;
     let area: f64 = receivers.iter().map(|&receiver| mesh.elements()[receiver].area()).sum();
     let whole = |index: usize| -> Vec<f64> {
-        (0..channels).map(|channel| importance.of(index, channel, &seen[index], |_| true)).collect()
+        (0..channels).map(|channel| importance.largest_on(index, channel, &seen[index], |_| true)).collect()
     };
     let whole: Vec<Vec<f64>> = (0..receivers.len()).into_par_iter().map(whole).collect();
     let details = scene.pairs(|element, channel| {
@@ -76,16 +76,16 @@ pub(super) fn of(scene: Scene<'_>, residuals: &[Residuals; 2], seen: &[SeenSourc
     let mut places = vec![usize::MAX; mesh.elements().len()];
     receivers.iter().enumerate().for_each(|(index, &receiver)| places[receiver] = index);
     // What of the importance of a receiver is not in the sets of others.
-    let rest = |index: usize| -> Vec<f64> {
+    let remainder = |index: usize| -> Vec<f64> {
         let above: Vec<usize> = mesh.above(receivers[index]).collect();
         let counts = |source: usize| {
-            let mut left = MOST_BELOW;
-            !scene.all_below(&places, source, &mut left, &|other| gathers[other].have(&above))
+            let mut remaining = MOST_BELOW;
+            !scene.all_below(&places, source, &mut remaining, &|other| gathers[other].have(&above))
         };
         let counts: Vec<bool> = seen[index].sources.iter().map(|&source| counts(source)).collect();
-        (0..channels).map(|channel| importance.of(index, channel, &seen[index], |place| counts[place])).collect()
+        (0..channels).map(|channel| importance.largest_on(index, channel, &seen[index], |place| counts[place])).collect()
     };
-    let rest: Vec<Vec<f64>> = (0..receivers.len()).into_par_iter().map(rest).collect();
+    let remainder: Vec<Vec<f64>> = (0..receivers.len()).into_par_iter().map(remainder).collect();
 
     let mut mean = Mean { mean: Vec::new(), shares: Vec::new(), weights: vec![Vec::new(); mesh.elements().len()] };
     for channel in 0..channels {
@@ -102,7 +102,7 @@ pub(super) fn of(scene: Scene<'_>, residuals: &[Residuals; 2], seen: &[SeenSourc
             let sends = surfaces.pattern(receiver, channel).map_or(rho, Pattern::mean_reflectance) * (1.0 + z);
             let [cancels, details] = [0, 1].map(|kind| part * sends * gathers[index].most[2 * channel + kind]);
             detail += details;
-            let oscillates = left.discretisation * rest[index][channel] * part + cancels;
+            let oscillates = left.discretisation * remainder[index][channel] * part + cancels;
             signed += Ledger { discretisation: oscillates, ..left * (z * part) };
             gathers[index].credit(&seen[index].sources, (channel, channels), sends * element.area(), &mut credit);
             // An evaluation at a point has an error of its own.
@@ -118,7 +118,7 @@ pub(super) fn of(scene: Scene<'_>, residuals: &[Residuals; 2], seen: &[SeenSourc
             *credit = if size > 0.0 { *credit / size } else { 0.0 };
         }
         for (index, &receiver) in receivers.iter().enumerate() {
-            let signed = rest[index][channel] + mesh.above(receiver).map(|element| credit[element]).sum::<f64>();
+            let signed = remainder[index][channel] + mesh.above(receiver).map(|element| credit[element]).sum::<f64>();
             mean.weights[receiver].push(if cancels { signed } else { whole[index][channel] });
         }
         mean.shares.push(if sent.total() > 0.0 { sent * (1.0 / sent.total()) } else { sent });
@@ -130,8 +130,8 @@ pub(super) fn of(scene: Scene<'_>, residuals: &[Residuals; 2], seen: &[SeenSourc
 impl Gathers {
     /// Whether one of these elements, a receiver and those above it, is in the set, or surely nothing of them is seen.
     fn have(&self, above: &[usize]) -> bool {
-        let found = above.iter().find_map(|&element| self.sources.binary_search_by_key(&element, |source| source.0).ok());
-        found.map_or(!self.has_far, |place| self.sources[place].1)
+        let place = above.iter().find_map(|&element| self.sources.binary_search_by_key(&element, |source| source.0).ok());
+        place.map_or(!self.has_far, |place| self.sources[place].1)
     }
 
     /// Adds what sources of the set are gathered of, times what the receiver sends on.
@@ -180,12 +180,12 @@ impl Scene<'_> {
                 continue;
             }
             for (node, row) in link.rows.iter().enumerate().filter(|(_, row)| row.likely_factor() > 0.0) {
-                add(place, link.source, node, &Found::by(row.likely_factor(), &row.kernel, row.beyond()), direct);
+                add(place, link.source, node, &Found::by(row.likely_factor(), &row.kernel, row.truncation()), direct);
             }
         }
         for (place, &source) in seen.sources.iter().enumerate() {
             for node in 0..nodes {
-                if let Some(found) = seen.found(place, node) {
+                if let Some(found) = seen.kernel_bounds(place, node) {
                     add(place, source, node, &found, reflected);
                 }
             }
@@ -214,11 +214,11 @@ impl Scene<'_> {
             }
         }
         let largest = |of: &[f64]| of.iter().copied().fold(0.0, larger);
-        let most =
+        let maxima =
             sums.chunks_exact(nodes).zip(detail.chunks_exact(nodes)).flat_map(|(sums, detail)| [largest(sums), largest(detail)]);
-        let most = most.collect();
+        let maxima = maxima.collect();
         let mut sources: Vec<(usize, bool)> = seen.sources.iter().copied().zip(chosen.iter().copied()).collect();
         sources.sort_unstable();
-        Gathers { chosen, sources, has_far: !self.far[receiver].is_empty(), most, parts }
+        Gathers { chosen, sources, has_far: !self.far[receiver].is_empty(), most: maxima, parts }
     }
 }

@@ -43,19 +43,19 @@ pub(crate) struct Points {
 
 impl Points {
     /// From the estimate of the mean magnitude.
-    pub(super) fn of(scene: Scene<'_>, estimate: &ErrorEstimate) -> Self {
+    pub(super) fn from_mean(scene: Scene<'_>, estimate: &ErrorEstimate) -> Self {
         let Scene { mesh, receivers, links, far, channels, .. } = scene;
         let receives = scene.receives();
-        let seen = scene.seen(&receives);
+        let views = scene.seen_sources(&receives);
         let [direct, reflected] = &estimate.residuals;
         let left_on_clusters = scene.pairs_of(&[direct, reflected]);
         let own = |(index, &receiver): (usize, &usize)| -> Vec<f64> {
             let of_node = |channel: usize, node: usize| {
                 let rows = links[receiver].iter().map(|link| (link.source, &link.rows[node]));
-                let near = estimate.gathered(mesh, channel, rows, (&seen[index], node)).total();
+                let near = estimate.gathered(mesh, channel, rows, (&views[index], node)).total();
                 (near + far[receiver].gathered(node, &left_on_clusters[channel])) * scene.reflectance(receiver, channel)
             };
-            let nodes = seen[index].nodes;
+            let nodes = views[index].nodes;
             (0..channels).flat_map(|channel| (0..nodes).map(move |node| (channel, node))).map(|(c, n)| of_node(c, n)).collect()
         };
         let own: Vec<Vec<f64>> = receivers.par_iter().enumerate().map(own).collect();
@@ -63,10 +63,10 @@ impl Points {
         let mut means = vec![0.0; mesh.elements().len() * channels];
         receivers.iter().for_each(|&receiver| means[receiver * channels..(receiver + 1) * channels].fill(f64::INFINITY));
         scene.pull(&receives, &mut means, |of| 0.25 * of.iter().sum::<f64>());
-        let mut risen = Risen::of(scene, &receives, &seen, &own, &means);
+        let mut risen = Risen::solve(scene, &receives, &views, &own, &means);
         if let Some(first) = &risen {
-            scene.spread(&receives, &seen, estimate, first, &mut means);
-            risen = Risen::of(scene, &receives, &seen, &own, &means);
+            scene.spread(&receives, &views, estimate, first, &mut means);
+            risen = Risen::solve(scene, &receives, &views, &own, &means);
         }
         let errors = |risen: &Risen| rise::pairs(scene, &risen.largest, &means);
         let error_of_clusters = risen.as_ref().map_or_else(Vec::new, errors);
@@ -75,13 +75,14 @@ impl Points {
 
     /// The estimate of the error of gathers at every point of a receiver, the most.
     pub(crate) fn on_receiver(&self, estimate: &ErrorEstimate, receiver: usize, channel: usize) -> Ledger {
-        let most = self.risen.as_ref().map_or(f64::INFINITY, |risen| risen.most(receiver * self.channels + channel));
-        estimate.shares[channel].map(|share| if share > 0.0 { share * most } else { 0.0 })
+        let largest_rise =
+            self.risen.as_ref().map_or(f64::INFINITY, |risen| risen.largest_with_variation(receiver * self.channels + channel));
+        estimate.shares[channel].map(|share| if share > 0.0 { share * largest_rise } else { 0.0 })
     }
 
     /// The estimate at a point, from what each of its links gives, and its clusters.
     /// `rho` is the reflectance there.
-    pub(crate) fn at(
+    pub(crate) fn estimate(
         &self,
         scene: Scene<'_>,
         estimate: &ErrorEstimate,
@@ -90,20 +91,20 @@ impl Points {
         rho: &[f64],
     ) -> Vec<Ledger> {
         let links = rows.iter().map(|(source, row)| (*source, std::slice::from_ref(row)));
-        let seen = SeenSources::of(scene.mesh, scene.surfaces, &[*station], &self.receives, links);
+        let view = SeenSources::gather(scene.mesh, scene.surfaces, &[*station], &self.receives, links);
         let of_channel = |(channel, rho): (usize, &f64)| {
             let rows = rows.iter().map(|(source, row)| (*source, row));
-            let carried = match &self.risen {
+            let propagated = match &self.risen {
                 Some(risen) => {
-                    let near = seen.gathered((channel, self.channels), &risen.largest, &self.means)[0];
+                    let near = view.gathered((channel, self.channels), &risen.largest, &self.means)[0];
                     near + far.gathered(0, &self.error_of_clusters[channel])
                 }
                 None => f64::INFINITY,
             };
-            let carried = estimate.shares[channel].map(|share| if share > 0.0 { share * carried } else { 0.0 });
+            let propagated = estimate.shares[channel].map(|share| if share > 0.0 { share * propagated } else { 0.0 });
             let discretisation = far.gathered(0, &self.left_on_clusters[channel]);
             let of_clusters = Ledger { discretisation, ..Ledger::default() };
-            (estimate.gathered(scene.mesh, channel, rows, (&seen, 0)) + of_clusters + carried) * *rho
+            (estimate.gathered(scene.mesh, channel, rows, (&view, 0)) + of_clusters + propagated) * *rho
         };
         rho.iter().enumerate().map(of_channel).collect()
     }
@@ -119,13 +120,13 @@ impl ErrorEstimate {
         (seen, node): (&SeenSources, usize),
     ) -> Ledger {
         let [direct, reflected] = &self.residuals;
-        let of = |residuals: &Residuals, source: usize, found: &Found| {
+        let gathered = |residuals: &Residuals, source: usize, found: &Found| {
             residuals[source][channel].gathered(mesh.basis(source).degree(), found)
         };
-        let found = |row: &Row| Found::by(row.likely_factor(), &row.kernel, row.beyond());
-        let of_direct = rows.map(|(source, row)| of(direct, source, &found(row))).sum::<Ledger>();
+        let bounds = |row: &Row| Found::by(row.likely_factor(), &row.kernel, row.truncation());
+        let of_direct = rows.map(|(source, row)| gathered(direct, source, &bounds(row))).sum::<Ledger>();
         let of_source = |(place, &source): (usize, &usize)| {
-            seen.found(place, node).map_or_else(Ledger::default, |found| of(reflected, source, &found))
+            seen.kernel_bounds(place, node).map_or_else(Ledger::default, |bounds| gathered(reflected, source, &bounds))
         };
         of_direct + seen.sources.iter().enumerate().map(of_source).sum::<Ledger>()
     }
@@ -141,7 +142,7 @@ impl Scene<'_> {
         let reached = |seen: &SeenSources| {
             let mut to = Vec::new();
             for (place, &source) in seen.sources.iter().enumerate() {
-                let (factor, peak) = seen.most(place);
+                let (factor, peak) = seen.largest_factor_and_peak(place);
                 let whole = mesh.elements()[source].area();
                 if factor > 0.0 {
                     below(mesh, receives, source, &mut |target| {
@@ -157,31 +158,32 @@ impl Scene<'_> {
         for channel in 0..channels {
             let whole = area * estimate.mean[channel].total();
             for &receiver in receivers {
-                let at = receiver * channels + channel;
-                means[at] = smaller(smaller(means[at], whole / mesh.elements()[receiver].area()), risen.most(at));
+                let index = receiver * channels + channel;
+                means[index] =
+                    smaller(smaller(means[index], whole / mesh.elements()[receiver].area()), risen.largest_with_variation(index));
             }
             for _ in 0..MEAN_SWEEPS {
                 let mut sums = vec![[0.0_f64; 3]; mesh.elements().len()];
-                let mut of_clusters = vec![[[0.0_f64; 3]; 2]; mesh.clusters().all().len()];
+                let mut of_clusters = vec![[[0.0_f64; 3]; 2]; mesh.clusters().clusters().len()];
                 for ((&receiver, to), widest) in receivers.iter().zip(&reached).zip(&widest) {
                     let own = mesh.elements()[receiver].area();
-                    let of = |residuals: &Residuals| {
+                    let magnitude = |residuals: &Residuals| {
                         residuals[receiver][channel].mean_ledger().total() + residuals[receiver][channel].mean_detail()
                     };
-                    let left = own * estimate.residuals.iter().map(of).sum::<f64>();
+                    let residual = own * estimate.residuals.iter().map(magnitude).sum::<f64>();
                     let error = own * means[receiver * channels + channel];
                     let add = |sums: &mut [f64; 3], most: f64| {
                         let [first, again, factor] = sums;
-                        *first += most * left;
+                        *first += most * residual;
                         *again += most * error;
                         *factor = larger(*factor, most);
                     };
                     to.iter().for_each(|&(target, most)| add(&mut sums[target], most));
                     for (&cluster, view) in far[receiver].clusters().iter().zip(widest).filter(|(_, view)| view.factor > 0.0) {
                         // To each element in it by its area, or as much as to all.
-                        let by_area = view.peak * mesh.clusters().all()[cluster].area() <= BY_AREA * view.factor;
-                        let most = if by_area { view.peak } else { view.factor };
-                        add(&mut of_clusters[cluster][usize::from(by_area)], most);
+                        let by_area = view.peak * mesh.clusters().clusters()[cluster].area() <= BY_AREA * view.factor;
+                        let view_bound = if by_area { view.peak } else { view.factor };
+                        add(&mut of_clusters[cluster][usize::from(by_area)], view_bound);
                     }
                 }
                 let join = |[a, b]: [[f64; 3]; 2], [c, d]: [[f64; 3]; 2]| {

@@ -59,30 +59,30 @@ pub(crate) type Residuals = Vec<Vec<Residual>>;
 
 impl Residual {
     /// What the projection of samples at an element's nodes leaves out.
-    pub(crate) fn of(element: &Element, basis: &Basis, samples: &[f64]) -> Self {
+    pub(crate) fn project(element: &Element, basis: &Basis, samples: &[f64]) -> Self {
         let excess = basis.excess(samples);
         let discretisation = excess.magnitude();
         let mean = excess.next.hypot(2.0 * excess.spread);
-        let seen = basis.seen_of(&excess);
-        let biases: [f64; POWERS] = std::array::from_fn(|power| seen * mean * element.arm(power));
+        let unseen_part = basis.seen_of(&excess);
+        let biases: [f64; POWERS] = std::array::from_fn(|power| unseen_part * mean * element.arm(power));
         let of_power = |power: usize| match power {
             0 => mean,
             _ => smaller(mean * element.remainder(power) + biases[power], mean * element.arm(power)),
         };
         let largest = Ledger { discretisation, ..Ledger::default() };
-        Self { largest, arms: std::array::from_fn(of_power), biases, rms: mean, along: seen * mean, ..Self::default() }
+        Self { largest, arms: std::array::from_fn(of_power), biases, rms: mean, along: unseen_part * mean, ..Self::default() }
     }
 
     /// The same with a texture: samples were the irradiance times `rho`, the largest reflectance of the face.
     pub(crate) fn textured(mut self, element: &Element, pattern: &Pattern, rho: f64, detail: Detail) -> Self {
         if rho > 0.0 {
-            let [rms, varies, beyond] = pattern.spread_of_reflectance().map(|spread| spread / rho);
+            let [rms, varies, truncation] = pattern.spread_of_reflectance().map(|spread| spread / rho);
             let (mean, mut reach) = (self.arms[0], 1.0);
             // Not orthogonal to the basis any more.
             self.along = self.rms;
             self.arms = std::array::from_fn(|power| mean * element.arm(power));
             for power in 0..POWERS {
-                let beside = if power == 0 { beyond } else { varies * reach };
+                let beside = if power == 0 { truncation } else { varies * reach };
                 self.biases[power] = smaller(self.biases[power] + beside * mean, self.arms[power]);
                 reach *= element.radius();
             }
@@ -157,20 +157,20 @@ impl Residual {
 
     /// Those at some elements, and from there those over the elements above and for the elements below.
     pub(crate) fn everywhere(mesh: &Mesh, at: &[usize], of: Vec<Vec<Self>>, channels: usize) -> Residuals {
-        let mut all: Vec<Option<Vec<Self>>> = vec![None; mesh.elements().len()];
+        let mut residuals: Vec<Option<Vec<Self>>> = vec![None; mesh.elements().len()];
         for (&element, of) in at.iter().zip(of) {
-            all[element] = Some(of);
+            residuals[element] = Some(of);
         }
-        for index in (0..all.len()).rev() {
-            if let (None, Some(first)) = (&all[index], mesh.elements()[index].children()) {
-                let children: Vec<&Vec<Self>> = all[first..first + 4].iter().flatten().collect();
+        for index in (0..residuals.len()).rev() {
+            if let (None, Some(first)) = (&residuals[index], mesh.elements()[index].children()) {
+                let children: Vec<&Vec<Self>> = residuals[first..first + 4].iter().flatten().collect();
                 if children.len() == 4 {
-                    let of = |channel: usize| Self::over(&[0, 1, 2, 3].map(|child| children[child][channel]));
-                    all[index] = Some((0..channels).map(of).collect());
+                    let merged = |channel: usize| Self::over(&[0, 1, 2, 3].map(|child| children[child][channel]));
+                    residuals[index] = Some((0..channels).map(merged).collect());
                 }
             }
         }
-        all.into_iter().map(|of| of.unwrap_or_else(|| vec![Self::default(); channels])).collect()
+        residuals.into_iter().map(|of| of.unwrap_or_else(|| vec![Self::default(); channels])).collect()
     }
 
     /// The mean magnitude, but for the detail of textures.
@@ -180,16 +180,16 @@ impl Residual {
 
     /// What a point gathers of it at most.
     pub(crate) fn gathered(&self, degree: usize, found: &Found) -> Ledger {
-        let rest = Ledger { discretisation: 0.0, ..self.largest } * found.factor;
+        let others = Ledger { discretisation: 0.0, ..self.largest } * found.factor;
         let discretisation = self.gathered_beside_detail(degree, found) + self.gathered_detail(degree, found);
-        Ledger { discretisation, ..rest }
+        Ledger { discretisation, ..others }
     }
 
     /// What a point gathers at most of what the projection leaves out, but for the detail of textures.
     pub(crate) fn gathered_beside_detail(&self, degree: usize, found: &Found) -> f64 {
         let least = found.least(degree, self.largest.discretisation, &self.arms, &self.biases);
-        if least > 0.0 && found.beyond.is_finite() {
-            smaller(least, found.beyond * self.rms + found.peak * self.along)
+        if least > 0.0 && found.truncation.is_finite() {
+            smaller(least, found.truncation * self.rms + found.peak * self.along)
         } else {
             least
         }
@@ -198,7 +198,7 @@ impl Residual {
     /// What a point gathers at most of the detail of textures.
     pub(crate) fn gathered_detail(&self, degree: usize, found: &Found) -> f64 {
         let least = found.least(degree, self.detail, &self.detail_arms, &[0.0; POWERS]);
-        if least > 0.0 && found.beyond.is_finite() { smaller(least, found.beyond * self.detail_rms) } else { least }
+        if least > 0.0 && found.truncation.is_finite() { smaller(least, found.truncation * self.detail_rms) } else { least }
     }
 }
 
@@ -209,15 +209,15 @@ pub(crate) struct Found {
     peak: f64,
     least: f64,
     /// Root mean square of what the source's polynomials leave of the kernel.
-    beyond: f64,
+    truncation: f64,
     /// Where the kernel is smooth.
     derivatives: Option<[f64; POWERS]>,
 }
 
 impl Found {
-    pub(crate) fn by(factor: f64, kernel: &Kernel, beyond: f64) -> Self {
+    pub(crate) fn by(factor: f64, kernel: &Kernel, truncation: f64) -> Self {
         let derivatives = (kernel.smooth && kernel.peak.is_finite()).then(|| kernel.derivatives());
-        Self { factor, peak: kernel.peak, least: kernel.least, beyond, derivatives }
+        Self { factor, peak: kernel.peak, least: kernel.least, truncation, derivatives }
     }
 
     /// The least of the bounds on the gather.

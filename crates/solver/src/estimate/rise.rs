@@ -37,7 +37,13 @@ pub(super) struct Risen {
 
 impl Risen {
     /// From what the nodes of each receiver have of their own, channel after channel, and means that hold already.
-    pub(super) fn of(scene: Scene<'_>, receives: &[bool], seen: &[SeenSources], own: &[Vec<f64>], means: &[f64]) -> Option<Self> {
+    pub(super) fn solve(
+        scene: Scene<'_>,
+        receives: &[bool],
+        seen: &[SeenSources],
+        own: &[Vec<f64>],
+        means: &[f64],
+    ) -> Option<Self> {
         let Scene { mesh, receivers, far, channels, .. } = scene;
         let on_clusters = |largest: &[f64]| pairs(scene, largest, means);
         let at_nodes = |largest: &[f64], on_clusters: &[Vec<Pair>], index: usize, channel: usize| -> Vec<f64> {
@@ -50,11 +56,12 @@ impl Risen {
         };
         let swept = |largest: &[f64]| -> Vec<Vec<f64>> {
             let clusters = on_clusters(largest);
-            let of = |channel: usize, index: usize| at_nodes(largest, &clusters, index, channel).into_iter().fold(0.0, larger);
-            let all = |index: usize| (0..channels).map(|channel| of(channel, index)).collect();
-            (0..receivers.len()).into_par_iter().with_min_len(FEW).map(all).collect()
+            let largest_on =
+                |channel: usize, index: usize| at_nodes(largest, &clusters, index, channel).into_iter().fold(0.0, larger);
+            let in_channels = |index: usize| (0..channels).map(|channel| largest_on(channel, index)).collect();
+            (0..receivers.len()).into_par_iter().with_min_len(FEW).map(in_channels).collect()
         };
-        let most = |of: [f64; 4]| of.into_iter().fold(0.0, larger);
+        let largest_of_four = |of: [f64; 4]| of.into_iter().fold(0.0, larger);
         let mut largest = vec![0.0; mesh.elements().len() * channels];
         let mut risen_by = f64::INFINITY;
         for sweep in 1..=MOST_SWEEPS {
@@ -79,7 +86,7 @@ impl Risen {
                 let held = &mut largest[receiver * channels..(receiver + 1) * channels];
                 held.iter_mut().zip(next).for_each(|(held, next)| *held = next * margin);
             }
-            scene.pull(receives, &mut largest, most);
+            scene.pull(receives, &mut largest, largest_of_four);
             if rising {
                 continue;
             }
@@ -90,9 +97,9 @@ impl Risen {
                 let (mut variation, clusters) = (vec![0.0; largest.len()], on_clusters(&largest));
                 for (index, &receiver) in receivers.iter().enumerate() {
                     for channel in 0..channels {
-                        let at = receiver * channels + channel;
-                        let least = at_nodes(&largest, &clusters, index, channel).into_iter().fold(largest[at], smaller);
-                        variation[at] = largest[at] - least;
+                        let entry = receiver * channels + channel;
+                        let least = at_nodes(&largest, &clusters, index, channel).into_iter().fold(largest[entry], smaller);
+                        variation[entry] = largest[entry] - least;
                     }
                 }
                 return Some(Self { largest, variation });
@@ -102,13 +109,13 @@ impl Risen {
     }
 
     /// The largest value on a receiver, with what may be between the nodes.
-    pub(super) fn most(&self, at: usize) -> f64 {
-        self.largest[at] + self.variation[at]
+    pub(super) fn largest_with_variation(&self, index: usize) -> f64 {
+        self.largest[index] + self.variation[index]
     }
 }
 
 /// For each channel, what has at most these values and means, on clusters.
 pub(super) fn pairs(scene: Scene<'_>, largest: &[f64], means: &[f64]) -> Vec<Vec<Pair>> {
-    let at = |element: usize, channel: usize| element * scene.channels + channel;
-    scene.pairs(|element, channel| (largest[at(element, channel)], means[at(element, channel)]))
+    let entry = |element: usize, channel: usize| element * scene.channels + channel;
+    scene.pairs(|element, channel| (largest[entry(element, channel)], means[entry(element, channel)]))
 }

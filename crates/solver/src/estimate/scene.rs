@@ -31,10 +31,10 @@ impl Scene<'_> {
     }
 
     /// What each receiver sees.
-    pub(super) fn seen(&self, receives: &[bool]) -> Vec<SeenSources> {
+    pub(super) fn seen_sources(&self, receives: &[bool]) -> Vec<SeenSources> {
         let of_receiver = |&receiver: &usize| {
             let links = self.links[receiver].iter().map(|link| (link.source, &link.rows[..]));
-            SeenSources::of(self.mesh, self.surfaces, &Station::at_nodes(self.mesh, receiver), receives, links)
+            SeenSources::gather(self.mesh, self.surfaces, &Station::at_nodes(self.mesh, receiver), receives, links)
         };
         self.receivers.par_iter().map(of_receiver).collect()
     }

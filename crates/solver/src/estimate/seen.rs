@@ -23,7 +23,7 @@ pub(super) struct SeenSources {
     pub(super) factors: Vec<f64>,
     pub(super) kernels: Vec<Kernel>,
     /// Root mean square of what the source's polynomials leave of the kernel.
-    pub(super) beyond: Vec<f64>,
+    pub(super) truncation: Vec<f64>,
     peaks: Vec<f64>,
     /// With textures, for each channel and node the reflectance that counts by the largest; else nothing.
     even: Vec<Vec<f64>>,
@@ -31,7 +31,7 @@ pub(super) struct SeenSources {
 
 impl SeenSources {
     /// From links, with their rows for the stations.
-    pub(super) fn of<'a>(
+    pub(super) fn gather<'a>(
         mesh: &Mesh,
         surfaces: &Surfaces,
         stations: &[Station],
@@ -40,37 +40,37 @@ impl SeenSources {
     ) -> Self {
         let nodes = stations.len();
         let (sources, places, factors, kernels) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        let (beyond, peaks, even) = (Vec::new(), Vec::new(), Vec::new());
-        let mut seen = Self { sources, places, nodes, factors, kernels, beyond, peaks, even };
-        let mut known = HashMap::new();
+        let (truncation, peaks, even) = (Vec::new(), Vec::new(), Vec::new());
+        let mut view = Self { sources, places, nodes, factors, kernels, truncation, peaks, even };
+        let mut places = HashMap::new();
         // Of the parts of receivers together.
         let mut together: Vec<Option<Vec<Together>>> = Vec::new();
         for (source, rows) in links {
             let receiver = receiver_above(mesh, receives, source).filter(|&receiver| receiver != source);
-            let next = seen.sources.len();
+            let next = view.sources.len();
             let Some(receiver) = receiver else {
-                seen.places.push(next);
-                seen.sources.push(source);
-                seen.factors.extend(rows.iter().map(Row::likely_factor));
-                seen.kernels.extend(rows.iter().map(|row| row.kernel));
-                seen.beyond.extend(rows.iter().map(Row::beyond));
+                view.places.push(next);
+                view.sources.push(source);
+                view.factors.extend(rows.iter().map(Row::likely_factor));
+                view.kernels.extend(rows.iter().map(|row| row.kernel));
+                view.truncation.extend(rows.iter().map(Row::truncation));
                 together.push(None);
                 continue;
             };
-            let place = *known.entry(receiver).or_insert_with(|| {
-                seen.sources.push(receiver);
-                seen.factors.resize(seen.factors.len() + nodes, 0.0);
-                seen.kernels.extend(stations.iter().map(|station| Kernel::of(station, &mesh.elements()[receiver])));
-                seen.beyond.resize(seen.beyond.len() + nodes, f64::INFINITY);
+            let place = *places.entry(receiver).or_insert_with(|| {
+                view.sources.push(receiver);
+                view.factors.resize(view.factors.len() + nodes, 0.0);
+                view.kernels.extend(stations.iter().map(|station| Kernel::bound(station, &mesh.elements()[receiver])));
+                view.truncation.resize(view.truncation.len() + nodes, f64::INFINITY);
                 together.push(Some(vec![Together::new(mesh.basis(receiver).len()); nodes]));
                 next
             });
-            seen.places.push(place);
+            view.places.push(place);
             if let Some(together) = &mut together[place] {
                 together.iter_mut().zip(rows).for_each(|(all, row)| all.add(mesh, receiver, source, row));
             }
             let range = place * nodes..(place + 1) * nodes;
-            for ((factor, kernel), row) in seen.factors[range.clone()].iter_mut().zip(&mut seen.kernels[range]).zip(rows) {
+            for ((factor, kernel), row) in view.factors[range.clone()].iter_mut().zip(&mut view.kernels[range]).zip(rows) {
                 *factor += row.likely_factor();
                 if !row.kernel.smooth {
                     (kernel.smooth, kernel.least) = (false, 0.0);
@@ -78,15 +78,18 @@ impl SeenSources {
             }
         }
         for (place, together) in together.into_iter().enumerate() {
-            let of = &mut seen.beyond[place * nodes..(place + 1) * nodes];
-            of.iter_mut().zip(together.into_iter().flatten()).for_each(|(beyond, all)| *beyond = all.beyond());
+            let truncation = &mut view.truncation[place * nodes..(place + 1) * nodes];
+            truncation
+                .iter_mut()
+                .zip(together.into_iter().flatten())
+                .for_each(|(truncation, all)| *truncation = all.truncation());
         }
         let peak = |(factor, kernel): (&f64, &Kernel)| if *factor > 0.0 { kernel.peak } else { 0.0 };
-        seen.peaks = seen.factors.iter().zip(&seen.kernels).map(peak).collect();
+        view.peaks = view.factors.iter().zip(&view.kernels).map(peak).collect();
         if surfaces.is_textured() {
-            seen.even = (0..seen.sources.len()).map(|place| seen.weighed(place, mesh, surfaces)).collect();
+            view.even = (0..view.sources.len()).map(|place| view.weighed(place, mesh, surfaces)).collect();
         }
-        seen
+        view
     }
 
     /// Factors and kernels of a source at the nodes.
@@ -96,21 +99,21 @@ impl SeenSources {
     }
 
     /// What a node finds of a source, if it sees it.
-    pub(super) fn found(&self, place: usize, node: usize) -> Option<Found> {
-        let at = place * self.nodes + node;
-        (self.factors[at] > 0.0).then(|| Found::by(self.factors[at], &self.kernels[at], self.beyond[at]))
+    pub(super) fn kernel_bounds(&self, place: usize, node: usize) -> Option<Found> {
+        let index = place * self.nodes + node;
+        (self.factors[index] > 0.0).then(|| Found::by(self.factors[index], &self.kernels[index], self.truncation[index]))
     }
 
     /// What part of the largest reflectance of a source with textures counts.
     fn weighed(&self, place: usize, mesh: &Mesh, surfaces: &Surfaces) -> Vec<f64> {
         let source = self.sources[place];
-        let most = &surfaces.reflectance[mesh.elements()[source].face()];
+        let reflectances = &surfaces.reflectance[mesh.elements()[source].face()];
         if surfaces.pattern(source, 0).is_none() {
             return Vec::new();
         }
-        let of_channel = |(channel, most): (usize, &f64)| {
+        let of_channel = |(channel, reflectances): (usize, &f64)| {
             let of_node = |(factor, kernel): (f64, &Kernel)| {
-                let Some(pattern) = surfaces.pattern(source, channel).filter(|_| factor > 0.0 && *most > 0.0) else {
+                let Some(pattern) = surfaces.pattern(source, channel).filter(|_| factor > 0.0 && *reflectances > 0.0) else {
                     return 1.0;
                 };
                 if !kernel.peak.is_finite() {
@@ -118,15 +121,15 @@ impl SeenSources {
                 }
                 let (mean, [_, varies, _]) = (pattern.mean_reflectance(), pattern.spread_of_reflectance());
                 let halved = factor * mean + 0.5 * (kernel.peak - kernel.least) * varies;
-                smaller(smaller(halved, kernel.peak * mean) / (factor * most), 1.0)
+                smaller(smaller(halved, kernel.peak * mean) / (factor * reflectances), 1.0)
             };
             self.at_nodes(place).map(of_node).collect::<Vec<f64>>()
         };
-        most.iter().enumerate().flat_map(of_channel).collect()
+        reflectances.iter().enumerate().flat_map(of_channel).collect()
     }
 
     /// Largest factor and largest peak over the nodes.
-    pub(super) fn most(&self, place: usize) -> (f64, f64) {
+    pub(super) fn largest_factor_and_peak(&self, place: usize) -> (f64, f64) {
         let range = place * self.nodes..(place + 1) * self.nodes;
         let largest = |of: &[f64]| of.iter().copied().fold(0.0, larger);
         (largest(&self.factors[range.clone()]), largest(&self.peaks[range]))
@@ -179,7 +182,7 @@ impl Together {
         };
         all.square += of_part.square * mesh.elements()[receiver].area() / mesh.elements()[part].area();
         // A function of the receiver is on the part one of its own, of no larger values.
-        all.off += of_part.off;
+        all.error += of_part.error;
         let (mut at, mut values) = (part, row.values.clone());
         while let Some(parent) = mesh.elements()[at].parent().filter(|_| at != receiver) {
             let mut pulled = vec![0.0; values.len()];
@@ -191,8 +194,8 @@ impl Together {
         self.values.iter_mut().zip(values).for_each(|(sum, v)| *sum += v);
     }
 
-    fn beyond(&self) -> f64 {
-        self.sampled.map_or(f64::INFINITY, |sampled| sampled.beyond(&self.values))
+    fn truncation(&self) -> f64 {
+        self.sampled.map_or(f64::INFINITY, |sampled| sampled.truncation(&self.values))
     }
 }
 

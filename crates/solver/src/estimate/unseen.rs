@@ -50,8 +50,8 @@ impl Outlined<'_> {
                 mean += size * least(factor, of.area() / elements[element].area());
             }
         }
-        let most = fill(bounds);
-        [most, least(most, mean)]
+        let largest_irradiance = fill(bounds);
+        [largest_irradiance, least(largest_irradiance, mean)]
     }
 
     /// Whether an outline of the faces before a source may be between it and an element, and no solid hides it whole.
@@ -79,8 +79,8 @@ impl Outlined<'_> {
     fn hides(&self, to: usize, from: &[DVec3], source: usize, faces: &[usize], cuts: usize) -> Option<bool> {
         let (element, of_source) = (&self.mesh.elements()[to], &self.mesh.elements()[source]);
         if let Some(face) = self.edges.standing(element.face(), from, faces) {
-            let rest = cuts.checked_sub(1)?;
-            let of_side = |sign: f64| self.hides(to, &self.edges.beside(face, sign, from), source, faces, rest);
+            let remaining = cuts.checked_sub(1)?;
+            let of_side = |sign: f64| self.hides(to, &self.edges.beside(face, sign, from), source, faces, remaining);
             return of_side(1.0).filter(|of| of_side(-1.0) == Some(*of));
         }
         let normal = element.polygon().normal();
@@ -95,10 +95,12 @@ impl Outlined<'_> {
             return None;
         }
         let middle = from.iter().sum::<DVec3>() / from.len() as f64;
-        let (window, shape) = (Window::of(of_source), of_source.shape());
+        let (window, shape) = (Window::on_element(of_source), of_source.shape());
         let convex = faces.iter().flat_map(|&face| self.mesh.convex_parts(face)).map(|part| &part[..]);
-        let [free, past] =
-            [Visible::of(middle, normal, &window, std::iter::empty())?, Visible::of(middle, normal, &window, convex)?];
+        let [free, past] = [
+            Visible::from_point(middle, normal, &window, std::iter::empty())?,
+            Visible::from_point(middle, normal, &window, convex)?,
+        ];
         let [[least, whole], [seen, most]] = [free, past].map(|of| [of.share(shape) - 2.0 * of.doubt, of.share(shape)]);
         // All of it is hidden, or all of it is seen; if neither is sure there may be an outline after all.
         if most < NONE * least { Some(true) } else { (seen > (1.0 - NONE) * whole).then_some(false) }
@@ -161,7 +163,7 @@ fn in_beam(from: &[DVec3], source: &Element, piece: [DVec3; 2]) -> bool {
         return false;
     }
     let strip = LEVEL * source.radius();
-    let beyond = |n: DVec3| {
+    let is_separated = |n: DVec3| {
         let d = corners.iter().map(|&v| n.dot(v - corner)).fold(f64::INFINITY, least);
         let across = |x: DVec3| n.dot(x - corner) - d;
         let of_piece = [(across(piece[0]), of_piece[0]), (across(piece[1]), of_piece[1])];
@@ -175,7 +177,7 @@ fn in_beam(from: &[DVec3], source: &Element, piece: [DVec3; 2]) -> bool {
     };
     let separates = |n: DVec3| {
         let n = n.normalize_or_zero();
-        n != DVec3::ZERO && (beyond(n) || beyond(-n))
+        n != DVec3::ZERO && (is_separated(n) || is_separated(-n))
     };
     let count = from.len();
     let sides = (0..corners.len()).map(|i| normal.cross(corners[(i + 1) % corners.len()] - corners[i]));

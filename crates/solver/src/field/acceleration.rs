@@ -36,10 +36,10 @@ impl Acceleration {
             return;
         }
         for (channel, (factor, change)) in factors.iter().zip(&change).enumerate().filter(|(_, (factor, _))| **factor > 0.0) {
-            let mut rest = &change[..];
+            let mut unread = &change[..];
             for &receiver in equation.receivers {
-                let (of_receiver, after) = rest.split_at(equation.mesh.basis(receiver).len());
-                rest = after;
+                let (of_receiver, after) = unread.split_at(equation.mesh.basis(receiver).len());
+                unread = after;
                 let more: Vec<f64> = of_receiver.iter().map(|change| factor * change).collect();
                 let start = channel * more.len();
                 own[receiver][start..start + more.len()].iter_mut().zip(&more).for_each(|(own, more)| *own += more);
@@ -52,14 +52,14 @@ impl Acceleration {
 
 /// What receivers hold in each channel.
 fn of_channels(equation: &Equation<'_>, own: &[Vec<f64>], channels: usize) -> Vec<Vec<f64>> {
-    let of = |channel: usize| {
+    let in_channel = |channel: usize| {
         let of_receiver = |&receiver: &usize| {
             let len = equation.mesh.basis(receiver).len();
             own[receiver][channel * len..(channel + 1) * len].iter().copied()
         };
         equation.receivers.iter().flat_map(of_receiver).collect()
     };
-    (0..channels).map(of).collect()
+    (0..channels).map(in_channel).collect()
 }
 
 /// What changes to come sum to over this one, or 0 where that is not known.

@@ -19,7 +19,7 @@ use crate::mesh::surfaces::Surfaces;
 pub(crate) fn irradiance(mesh: &Mesh, field: &Field, links: &[Link], far: &Far, channel: usize, nodes: usize) -> Vec<f64> {
     let mut at_nodes: Vec<f64> = (0..nodes).map(|node| far.value(field, channel, node)).collect();
     for link in links {
-        let coefficients = field.of(link.source, channel, mesh.basis(link.source).len());
+        let coefficients = field.coefficients(link.source, channel, mesh.basis(link.source).len());
         for (sum, row) in at_nodes.iter_mut().zip(&link.rows) {
             *sum += coefficients.iter().zip(&row.values).map(|(c, v)| c * v).sum::<f64>();
         }
@@ -74,7 +74,7 @@ impl Equation<'_> {
         for link in &self.links[receiver] {
             let count = link.matrix.len() / len;
             for (channel, sums) in change.chunks_exact_mut(len).enumerate() {
-                multiply(&link.matrix, field.of(link.source, channel, count), sums);
+                multiply(&link.matrix, field.coefficients(link.source, channel, count), sums);
             }
         }
         for (channel, sums) in change.chunks_exact_mut(len).enumerate() {

@@ -76,8 +76,8 @@ pub(crate) struct Rules([Vec<Vec<FourNodes>>; 2]);
 impl Rules {
     pub(crate) fn new() -> Self {
         let fours = |rule: Vec<Node>| rule.chunks(4).map(FourNodes::new).collect();
-        let of = |rule: fn(usize) -> Vec<Node>| (0..=MOST).map(|count| fours(rule(count.max(1)))).collect();
-        Self([of(rule::product), of(rule::collapsed)])
+        let by_count = |rule: fn(usize) -> Vec<Node>| (0..=MOST).map(|count| fours(rule(count.max(1)))).collect();
+        Self([by_count(rule::product), by_count(rule::collapsed)])
     }
 }
 
@@ -90,7 +90,7 @@ struct Cell {
 }
 
 impl Cell {
-    fn at(&self, [a, b]: [f64; 2]) -> [f64; 2] {
+    fn reference(&self, [a, b]: [f64; 2]) -> [f64; 2] {
         let [u, v] = self.sides;
         [self.origin[0] + a * u[0] + b * v[0], self.origin[1] + a * u[1] + b * v[1]]
     }
@@ -101,13 +101,13 @@ impl Cell {
         if self.shape == Shape::Parallelogram && largest(along, across) > 4.0 * smallest(along, across) {
             let halved = |side: [f64; 2]| side.map(|c| 0.5 * c);
             let sides = if along > across { [halved(u), v] } else { [u, halved(v)] };
-            let other = self.at(if along > across { [0.5, 0.0] } else { [0.0, 0.5] });
+            let other = self.reference(if along > across { [0.5, 0.0] } else { [0.0, 0.5] });
             return [Some(Self { sides, ..*self }), Some(Self { sides, origin: other, ..*self }), None, None];
         }
         let child = |which: usize| {
             let turned = if self.shape == Shape::Triangle && which == 3 { -0.5 } else { 0.5 };
             let sides = self.sides.map(|side| side.map(|c| turned * c));
-            Some(Self { origin: self.at(in_parent(self.shape, which, [0.0, 0.0])), sides, shape: self.shape })
+            Some(Self { origin: self.reference(in_parent(self.shape, which, [0.0, 0.0])), sides, shape: self.shape })
         };
         [0, 1, 2, 3].map(child)
     }
@@ -378,14 +378,14 @@ impl<'a> KernelSums<'a> {
 
     /// Bound on the error of all functions' values together, the root of the sum of squares, with `doubt` for each over its
     /// largest value.
-    pub(crate) fn off(&self, doubt: f64) -> f64 {
+    pub(crate) fn likely_error(&self, doubt: f64) -> f64 {
         let products = self.element.shape() == Shape::Parallelogram;
-        let of = |(&[i, j], size): (&[usize; 2], &f64)| {
+        let coefficient_error = |(&[i, j], size): (&[usize; 2], &f64)| {
             // Across a triangle both coordinates of a square vary.
             let degree = if products && self.whole { i.max(j) } else { i + j };
             size * (self.errors[degree] + doubt) + self.basis.conditioning() * self.rounding
         };
-        self.basis.powers().iter().zip(self.basis.sizes()).map(of).map(|e| e * e).sum::<f64>().sqrt()
+        self.basis.powers().iter().zip(self.basis.sizes()).map(coefficient_error).map(|e| e * e).sum::<f64>().sqrt()
     }
 
     /// Values of the functions.

@@ -62,17 +62,17 @@ impl Direct {
 
     /// The lamps of which no node sees anything, though something of the leaf may, with the faces that may be between.
     pub(crate) fn unseen<'a>(&'a self, lamps: &'a Lamps) -> impl Iterator<Item = (usize, &'a [usize])> {
-        let all = lamps.seen(self).enumerate();
+        let sights = lamps.roots_with_sights(self).enumerate();
         let unseen = move |(lamp, (root, sight)): (usize, (usize, &'a Sight))| match sight {
             Sight::Past(faces) if self.nodes.iter().all(|lit| lit.factors[lamp] <= lit.in_doubt) => Some((root, &faces[..])),
             _ => None,
         };
-        all.filter_map(unseen)
+        sights.filter_map(unseen)
     }
 }
 
 impl Lamps {
-    pub(crate) fn of(mesh: &Mesh, surfaces: &Surfaces) -> Self {
+    pub(crate) fn find(mesh: &Mesh, surfaces: &Surfaces) -> Self {
         let emits = |root: &usize| {
             let face = mesh.elements()[*root].face();
             !surfaces.glows_by_texture(face) && surfaces.emitted[face].iter().any(|e| *e > 0.0)
@@ -93,8 +93,8 @@ impl Lamps {
 
     /// The power of all lamps in a channel.
     pub(crate) fn power(&self, mesh: &Mesh, surfaces: &Surfaces, channel: usize) -> f64 {
-        let of = |&root: &usize| mesh.elements()[root].area() * surfaces.emitted[mesh.elements()[root].face()][channel];
-        self.roots.iter().map(of).sum()
+        let root_power = |&root: &usize| mesh.elements()[root].area() * surfaces.emitted[mesh.elements()[root].face()][channel];
+        self.roots.iter().map(root_power).sum()
     }
 
     /// An element's sight of each lamp; `above` is that of a larger one around it.
@@ -118,12 +118,13 @@ impl Lamps {
     ) -> Result<Direct, Error> {
         let sights = self.sights(optics.mesh, element, above);
         let stations = Station::at_nodes(optics.mesh, element);
-        let nodes = stations.iter().map(|station| self.at(optics, surfaces, station, &sights)).collect::<Result<_, _>>()?;
+        let nodes =
+            stations.iter().map(|station| self.irradiance(optics, surfaces, station, &sights)).collect::<Result<_, _>>()?;
         Ok(Direct { nodes, sights })
     }
 
     /// Each lamp's root with a leaf's sight of it.
-    pub(crate) fn seen<'a>(&'a self, leaf: &'a Direct) -> impl Iterator<Item = (usize, &'a Sight)> {
+    pub(crate) fn roots_with_sights<'a>(&'a self, leaf: &'a Direct) -> impl Iterator<Item = (usize, &'a Sight)> {
         self.roots.iter().copied().zip(&leaf.sights)
     }
 
@@ -133,7 +134,13 @@ impl Lamps {
     }
 
     /// Direct light at a point that sees this of each lamp's root.
-    pub(crate) fn at(&self, optics: &Optics<'_>, surfaces: &Surfaces, station: &Station, sights: &[Sight]) -> Result<Lit, Error> {
+    pub(crate) fn irradiance(
+        &self,
+        optics: &Optics<'_>,
+        surfaces: &Surfaces,
+        station: &Station,
+        sights: &[Sight],
+    ) -> Result<Lit, Error> {
         let channels = surfaces.emitted[0].len();
         let factors = Vec::with_capacity(self.roots.len());
         let none = vec![[0.0; 2]; channels];

@@ -41,26 +41,26 @@ pub(crate) fn kernel(station: &Station, point: DVec3, normal: DVec3) -> f64 {
 /// Centres of the cells of an element, in reference coordinates, in an order in which those that follow each other are neighbours.
 fn centres(shape: Shape, side: usize) -> Vec<[f64; 2]> {
     let unit = 1.0 / side as f64;
-    let at = |i: usize, part: f64| (i as f64 + part) * unit;
-    let mut all = Vec::with_capacity(side * side);
+    let coordinate = |i: usize, part: f64| (i as f64 + part) * unit;
+    let mut centres = Vec::with_capacity(side * side);
     for i in 0..side {
-        let row = all.len();
+        let row = centres.len();
         match shape {
-            Shape::Parallelogram => all.extend((0..side).map(|j| [at(j, 0.5), at(i, 0.5)])),
+            Shape::Parallelogram => centres.extend((0..side).map(|j| [coordinate(j, 0.5), coordinate(i, 0.5)])),
             Shape::Triangle => {
                 for j in 0..side - i {
-                    all.push([at(j, 1.0 / 3.0), at(i, 1.0 / 3.0)]);
+                    centres.push([coordinate(j, 1.0 / 3.0), coordinate(i, 1.0 / 3.0)]);
                     if j + 1 < side - i {
-                        all.push([at(j, 2.0 / 3.0), at(i, 2.0 / 3.0)]);
+                        centres.push([coordinate(j, 2.0 / 3.0), coordinate(i, 2.0 / 3.0)]);
                     }
                 }
             }
         }
         if i % 2 == 1 {
-            all[row..].reverse();
+            centres[row..].reverse();
         }
     }
-    all
+    centres
 }
 
 impl Optics<'_> {
@@ -84,10 +84,10 @@ impl Optics<'_> {
                 continue;
             }
             all += weight;
-            let seen = self.sees(station, point, element.face());
-            changes += usize::from(before.is_some_and(|before| before != seen));
-            before = Some(seen);
-            if !seen {
+            let is_visible = self.sees(station, point, element.face());
+            changes += usize::from(before.is_some_and(|before| before != is_visible));
+            before = Some(is_visible);
+            if !is_visible {
                 basis.fill(at, &mut functions);
                 hidden.iter_mut().zip(&functions).for_each(|(sum, phi)| *sum += weight * phi);
             }

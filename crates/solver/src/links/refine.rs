@@ -115,7 +115,7 @@ impl Optics<'_> {
     pub(crate) fn for_light(self, field: &Field, source: usize, weight: &[f64]) -> Self {
         let count = self.mesh.basis(source).len();
         let size = |(channel, weight): (usize, &f64)| {
-            weight * field.of(source, channel, count).iter().map(|c| c * c).sum::<f64>().sqrt()
+            weight * field.coefficients(source, channel, count).iter().map(|c| c * c).sum::<f64>().sqrt()
         };
         self.for_brightness(weight.iter().enumerate().map(size).fold(0.0, largest))
     }
@@ -124,10 +124,10 @@ impl Optics<'_> {
     fn is_too_rough(&self, stations: &[Station], source: usize, need: &Need<'_>) -> bool {
         let element = &self.mesh.elements()[source];
         let error = |station: &Station| {
-            let kernel = Kernel::of(station, element);
-            let of =
+            let kernel = Kernel::bound(station, element);
+            let weighted_neglect =
                 |(channel, weight): (usize, &f64)| weight * need.field.smoothly_neglected(self.mesh, source, channel, &kernel);
-            need.weight.iter().enumerate().map(of).fold(0.0, largest)
+            need.weight.iter().enumerate().map(weighted_neglect).fold(0.0, largest)
         };
         let few = [0, stations.len() / 2, stations.len() - 1];
         few.iter().map(|&node| error(&stations[node])).fold(0.0, largest) > SURELY * need.allowed
@@ -150,7 +150,7 @@ impl Optics<'_> {
             None if root.is_some() => (Vec::new(), root.into_iter().collect()),
             None => (self.links(gatherer, self.mesh.roots().iter().map(|&root| (root, None)), need)?, Vec::new()),
         };
-        clusters.retain(|&cluster| gatherer.may_see(self.mesh, &tree.all()[cluster]));
+        clusters.retain(|&cluster| gatherer.may_see(self.mesh, &tree.clusters()[cluster]));
         let stations = if clusters.is_empty() { Vec::new() } else { gatherer.stations(self.mesh) };
         let count = of_parent.map_or(FEWEST_RAYS, |(_, far)| far.rays());
         let far = Far::seen_by(self, (&stations, count), clusters, rows(&links));
@@ -189,13 +189,13 @@ impl Optics<'_> {
         let mut opened = !far.is_empty() && count > far.rays() && !need.clock.is_over();
         let mut refined = false;
         while !need.clock.is_over() {
-            let beyond: Vec<f64> = cut.likely().into_iter().map(|off| off / without_order).collect();
+            let cluster_errors: Vec<f64> = cut.likely().into_iter().map(|error| error / without_order).collect();
             sums.fill(0.0);
-            errors.iter().chain([&beyond]).for_each(|of| sums.iter_mut().zip(of).for_each(|(sum, error)| *sum += error));
+            errors.iter().chain([&cluster_errors]).for_each(|of| sums.iter_mut().zip(of).for_each(|(sum, error)| *sum += error));
             let node = (0..sums.len()).max_by(|&a, &b| sums[a].total_cmp(&sums[b]));
             let Some(node) = node.filter(|&node| sums[node] > allowed) else { break };
             let part = if rays.is_some() { FAR_PART } else { FAR_BEFORE };
-            let is_far = beyond.get(node).is_some_and(|&beyond| beyond > part * allowed);
+            let is_far = cluster_errors.get(node).is_some_and(|&error| error > part * allowed);
             if is_far && rays.is_none() {
                 let drawn: Vec<Rays> = stations.iter().map(|station| self.rays(station, count, Draw::First)).collect();
                 cut.look(&stations, &drawn);

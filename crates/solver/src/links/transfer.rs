@@ -59,17 +59,17 @@ pub(crate) struct Sampled {
     /// Bound on the mean square.
     pub(crate) square: f64,
     /// Bound on the error of its projection on the source's basis, the row's values, as the root mean square.
-    pub(crate) off: f64,
+    pub(crate) error: f64,
 }
 
 impl Sampled {
     /// Bound on the root mean square of the kernel less the projection with these coefficients: by Pythagoras.
-    pub(crate) fn beyond(&self, values: &[f64]) -> f64 {
+    pub(crate) fn truncation(&self, values: &[f64]) -> f64 {
         let squares = values.iter().map(|v| v * v).sum::<f64>();
-        let taken = largest(squares.sqrt() - self.off, 0.0);
+        let taken = largest(squares.sqrt() - self.error, 0.0);
         // The sums of squares are rounded.
-        let left = self.square * (1.0 + 1e-12) - taken * taken * (1.0 - 1e-12);
-        if left <= 0.0 { 0.0 } else { left.sqrt() }
+        let residual = self.square * (1.0 + 1e-12) - taken * taken * (1.0 - 1e-12);
+        if residual <= 0.0 { 0.0 } else { residual.sqrt() }
     }
 }
 
@@ -121,8 +121,8 @@ impl Row {
 
     /// Estimate of the most that the form factor may be: rays are off either way, so that all together see no more than there is.
     pub(crate) fn likely_factor(&self) -> f64 {
-        let off = if self.likely.is_some() { 0.0 } else { self.error };
-        self.values.first().map_or(0.0, |f| largest(*f, 0.0) + off)
+        let error = if self.likely.is_some() { 0.0 } else { self.error };
+        self.values.first().map_or(0.0, |f| largest(*f, 0.0) + error)
     }
 
     /// Estimate of the error of the sum of the functions with these coefficients.
@@ -134,14 +134,14 @@ impl Row {
     }
 
     /// Bound on the root mean square of the kernel less its best polynomial on the source, times the area.
-    pub(crate) fn beyond(&self) -> f64 {
-        self.sampled.map_or(f64::INFINITY, |sampled| sampled.beyond(&self.values))
+    pub(crate) fn truncation(&self) -> f64 {
+        self.sampled.map_or(f64::INFINITY, |sampled| sampled.truncation(&self.values))
     }
 
     /// Bound on the error of the sum of the functions with these coefficients.
     pub(crate) fn error_of(&self, coefficients: &[f64]) -> f64 {
-        let of = |(i, c): (usize, &f64)| c.abs() * if i == 0 { self.error } else { self.other_errors };
-        coefficients.iter().enumerate().map(of).sum()
+        let coefficient_error = |(i, c): (usize, &f64)| c.abs() * if i == 0 { self.error } else { self.other_errors };
+        coefficients.iter().enumerate().map(coefficient_error).sum()
     }
 }
 
@@ -205,8 +205,8 @@ impl Optics<'_> {
         }
         let absolute = self.tolerance(faces.len());
         let convex = faces.iter().flat_map(|&face| self.mesh.convex_parts(face)).map(|part| &part[..]);
-        let visible = Visible::of(station.point, station.normal, &Window::of(element), convex);
-        let mut kernel = Kernel::of(station, element);
+        let visible = Visible::from_point(station.point, station.normal, &Window::on_element(element), convex);
+        let mut kernel = Kernel::bound(station, element);
         if let Some(visible) = visible {
             if visible.is_hidden() && visible.doubt == 0.0 {
                 return Ok(Row { values: vec![0.0; count], ..Row::default() });
@@ -218,15 +218,15 @@ impl Optics<'_> {
             let doubt = if visible.doubt > 0.0 { kernel.peak * visible.doubt * basis.largest() } else { 0.0 };
             let mut sums = KernelSums::new(station, element, basis, count, self.rules);
             let part = absolute / visible.parts.len().max(1) as f64;
-            let all = |sums: &mut KernelSums<'_>| match visible.whole {
+            let add_all_parts = |sums: &mut KernelSums<'_>| match visible.whole {
                 true => sums.add_whole(absolute),
                 false => visible.parts.iter().all(|p| sums.add_part(p, part)),
             };
-            if doubt <= absolute && all(&mut sums) {
+            if doubt <= absolute && add_all_parts(&mut sums) {
                 let error = sums.error() + doubt;
                 let (lost, most) = (kernel.peak * visible.doubt, kernel.peak);
                 let lost = if lost > 0.0 { [lost * most, lost] } else { [0.0; 2] };
-                let sampled = Sampled { square: sums.square + lost[0], off: sums.off(lost[1]) };
+                let sampled = Sampled { square: sums.square + lost[0], error: sums.likely_error(lost[1]) };
                 let sampled = (count == basis.len()).then_some(sampled);
                 let other_errors = sums.other_errors() + doubt;
                 return Ok(Row { values: sums.values(), error, other_errors, likely: None, kernel, sampled });
@@ -254,10 +254,10 @@ impl Optics<'_> {
         let receiver = station.receiver()?;
         let tolerance = Tolerance { relative: 0.0, absolute: self.tolerance(occluders.len()) };
         let mut row = Row::default();
-        let kept = self.mesh.basis(source).len();
+        let len = self.mesh.basis(source).len();
         for function in 0..count {
             let made;
-            let emitter = if function < kept {
+            let emitter = if function < len {
                 element.emitter(function, basis)?
             } else {
                 let alone: Vec<f64> = (0..=function).map(|i| if i == function { 1.0 } else { 0.0 }).collect();
@@ -276,7 +276,7 @@ impl Optics<'_> {
 
 impl Kernel {
     /// Of `k = h (n1.r) / pi r^4` over an element in the clear.
-    pub(crate) fn of(station: &Station, element: &Element) -> Self {
+    pub(crate) fn bound(station: &Station, element: &Element) -> Self {
         let vertices = element.polygon().vertices();
         let height = largest(element.polygon().normal().dot(station.point - vertices[0]), 0.0);
         let above = |v: &DVec3| station.normal.dot(*v - station.point);
@@ -367,7 +367,7 @@ mod tests {
         for step in 1..=50 {
             let s = f64::from(step) / 50.0;
             let bounds = gegenbauer(s);
-            let mut most = [0.0_f64; MAX_DEGREE + 2];
+            let mut largest_value = [0.0_f64; MAX_DEGREE + 2];
             for part in 0..=400 {
                 let x = s * f64::from(part) / 400.0;
                 let mut c = [1.0, 4.0 * x, 0.0, 0.0, 0.0, 0.0];
@@ -375,9 +375,12 @@ mod tests {
                     let m = n as f64;
                     c[n] = (2.0 * x * (m + 1.0) * c[n - 1] - (m + 2.0) * c[n - 2]) / m;
                 }
-                most.iter_mut().zip(c).for_each(|(most, c)| *most = largest(*most, c.abs()));
+                largest_value.iter_mut().zip(c).for_each(|(largest_value, c)| *largest_value = largest(*largest_value, c.abs()));
             }
-            assert!(most.iter().zip(bounds).all(|(most, bound)| *most <= bound * (1.0 + 1e-12)), "{s}: {most:?} {bounds:?}");
+            assert!(
+                largest_value.iter().zip(bounds).all(|(largest_value, bound)| *largest_value <= bound * (1.0 + 1e-12)),
+                "{s}: {largest_value:?} {bounds:?}"
+            );
             assert!(step < 50 || bounds == [1.0, 4.0, 10.0, 20.0, 35.0, 56.0]);
         }
     }
@@ -407,8 +410,8 @@ mod tests {
                     let row = optics.receive(&station, 0, &sight, basis.len()).unwrap();
                     let kernel = |y: DVec3| {
                         let r = y - point;
-                        let at = point + r * ((0.5 - point.z) / r.z);
-                        let hidden = sight != Sight::Clear && at.x > 0.3;
+                        let crossing = point + r * ((0.5 - point.z) / r.z);
+                        let hidden = sight != Sight::Clear && crossing.x > 0.3;
                         let square = std::f64::consts::PI * r.length_squared() * r.length_squared();
                         if hidden { 0.0 } else { element.area() * r.z * r.z / square }
                     };
@@ -422,7 +425,7 @@ mod tests {
                         cells += 1.0;
                     }
                     // Where the screen's edge runs along the diagonals of the grid's cells, half of them are wrong: 0.4 %.
-                    let (found, bound) = ((square / cells).sqrt(), row.beyond());
+                    let (found, bound) = ((square / cells).sqrt(), row.truncation());
                     assert!(
                         found <= bound * 1.006 && bound < 2.0 * found + 4e-3 * row.factor(),
                         "{x} {z} {sight:?}: {found} {bound}"
@@ -438,24 +441,28 @@ mod tests {
         let element = &mesh.elements()[0];
         for point in [DVec3::new(0.1, 0.3, 2.0), DVec3::new(-0.5, 0.1, 1.2)] {
             let normal = DVec3::new(0.6, 0.1, -0.5).normalize();
-            let kernel = Kernel::of(&Station { point, normal, face: Some(7) }, element);
+            let kernel = Kernel::bound(&Station { point, normal, face: Some(7) }, element);
             let up = element.polygon().normal();
-            let at = |y: DVec3| {
+            let kernel_at = |y: DVec3| {
                 let r = y - point;
                 element.area() * normal.dot(r) * -up.dot(r) / (std::f64::consts::PI * r.length_squared() * r.length_squared())
             };
             let (centre, step) = (element.centre(), 1e-3);
-            let mut most = [0.0_f64; 2];
+            let mut largest_derivatives = [0.0_f64; 2];
             for turn in 0..12 {
                 let (sin, cos) = (f64::from(turn) * 0.523).sin_cos();
-                let along = |k: f64| at(centre + DVec3::new(cos, sin, 0.0) * (k * step));
-                most[0] = largest(most[0], (along(1.0) - along(-1.0)).abs() / (2.0 * step));
-                most[1] = largest(most[1], 0.5 * (along(1.0) - 2.0 * along(0.0) + along(-1.0)).abs() / (step * step));
+                let along = |k: f64| kernel_at(centre + DVec3::new(cos, sin, 0.0) * (k * step));
+                largest_derivatives[0] = largest(largest_derivatives[0], (along(1.0) - along(-1.0)).abs() / (2.0 * step));
+                largest_derivatives[1] =
+                    largest(largest_derivatives[1], 0.5 * (along(1.0) - 2.0 * along(0.0) + along(-1.0)).abs() / (step * step));
             }
-            assert!(kernel.least <= at(centre) && at(centre) <= kernel.peak);
-            for (order, most) in most.into_iter().enumerate() {
+            assert!(kernel.least <= kernel_at(centre) && kernel_at(centre) <= kernel.peak);
+            for (order, largest_derivatives) in largest_derivatives.into_iter().enumerate() {
                 let bound = kernel.derivative(order + 1);
-                assert!(most <= bound * (1.0 + 1e-4) && bound < 20.0 * most, "{order}: {most} {bound}");
+                assert!(
+                    largest_derivatives <= bound * (1.0 + 1e-4) && bound < 20.0 * largest_derivatives,
+                    "{order}: {largest_derivatives} {bound}"
+                );
             }
         }
     }

@@ -36,7 +36,7 @@ pub(crate) struct Window<'a> {
 
 impl<'a> Window<'a> {
     /// An element, as the region that is looked at.
-    pub(crate) fn of(element: &'a Element) -> Self {
+    pub(crate) fn on_element(element: &'a Element) -> Self {
         let polygon = element.polygon();
         Self { shape: element.shape(), vertices: polygon.vertices(), axes: element.axes(), normal: polygon.normal() }
     }
@@ -68,7 +68,7 @@ struct Line {
 }
 
 impl Line {
-    fn at(&self, [s, t]: [f64; 2]) -> f64 {
+    fn evaluate(&self, [s, t]: [f64; 2]) -> f64 {
         self.c[0] + self.c[1] * s + self.c[2] * t
     }
 
@@ -80,13 +80,13 @@ impl Line {
 
     /// The doubt, if a part is on the negative side.
     fn beside(&self, part: &VisiblePart) -> Option<f64> {
-        let highest = part.corners().iter().map(|&c| self.at(c)).fold(f64::NEG_INFINITY, largest);
+        let highest = part.corners().iter().map(|&c| self.evaluate(c)).fold(f64::NEG_INFINITY, largest);
         (highest <= self.error).then(|| if highest > -self.error { self.doubt() } else { 0.0 })
     }
 }
 
 impl VisiblePart {
-    fn of(shape: Shape) -> Self {
+    fn full(shape: Shape) -> Self {
         let mut part = Self { corners: [[0.0; 2]; MOST_CORNERS], count: 0 };
         let corners: &[[f64; 2]] = match shape {
             Shape::Parallelogram => &[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]],
@@ -119,10 +119,10 @@ impl VisiblePart {
     }
 
     /// The part where the line is positive (`sign` 1) or negative (-1), if any.
-    fn kept(&self, line: &Line, sign: f64) -> Option<Self> {
+    fn clipped(&self, line: &Line, sign: f64) -> Option<Self> {
         let (c, n) = (self.corners(), self.count);
         let mut values = [0.0; MOST_CORNERS];
-        values.iter_mut().zip(c).for_each(|(v, &corner)| *v = sign * line.at(corner));
+        values.iter_mut().zip(c).for_each(|(v, &corner)| *v = sign * line.evaluate(corner));
         let inside = values[..n].iter().filter(|&&v| v > 0.0).count();
         if inside == 0 {
             return None;
@@ -130,18 +130,18 @@ impl VisiblePart {
         if values[..n].iter().all(|&v| v >= 0.0) {
             return Some(*self);
         }
-        let mut kept = Self { count: 0, ..*self };
+        let mut clipped = Self { count: 0, ..*self };
         for i in 0..n {
             let j = (i + 1) % n;
             if values[i] >= 0.0 {
-                kept.push(c[i]);
+                clipped.push(c[i]);
             }
             if (values[i] > 0.0 && values[j] < 0.0) || (values[i] < 0.0 && values[j] > 0.0) {
-                let at = values[i] / (values[i] - values[j]);
-                kept.push([c[i][0] + at * (c[j][0] - c[i][0]), c[i][1] + at * (c[j][1] - c[i][1])]);
+                let fraction = values[i] / (values[i] - values[j]);
+                clipped.push([c[i][0] + fraction * (c[j][0] - c[i][0]), c[i][1] + fraction * (c[j][1] - c[i][1])]);
             }
         }
-        (kept.count >= 3).then_some(kept)
+        (clipped.count >= 3).then_some(clipped)
     }
 }
 
@@ -220,18 +220,18 @@ impl<'a> Viewpoint<'a> {
 impl Visible {
     /// The part of a window that a point on a surface of the given normal sees past convex occluders; `None` where that is too
     /// intricate: the closed forms have to answer.
-    pub(crate) fn of<'a>(
+    pub(crate) fn from_point<'a>(
         point: DVec3,
         normal: DVec3,
         window: &Window<'_>,
         occluders: impl Iterator<Item = &'a [DVec3]>,
     ) -> Option<Self> {
         let viewpoint = Viewpoint::new(point, normal, window);
-        let mut visible = Self { parts: vec![VisiblePart::of(window.shape)], whole: true, doubt: 0.0 };
+        let mut visible = Self { parts: vec![VisiblePart::full(window.shape)], whole: true, doubt: 0.0 };
         if let Some(horizon) = viewpoint.horizon() {
             visible.whole = false;
             visible.doubt += horizon.doubt();
-            visible.parts = visible.parts[0].kept(&horizon, 1.0).into_iter().collect();
+            visible.parts = visible.parts[0].clipped(&horizon, 1.0).into_iter().collect();
         }
         // Made once for all.
         let (mut heights, mut cut, mut lines) = (Vec::new(), Vec::new(), Vec::new());
@@ -279,21 +279,21 @@ impl Visible {
 
     /// Adds the parts outside each of the lines, beginning with the first.
     fn subtract_from(&mut self, part: VisiblePart, lines: &[Line]) -> Option<()> {
-        let mut rest = Some(part);
+        let mut remainder = Some(part);
         for line in lines {
-            let Some(inner) = rest else { break };
-            if inner.corners().iter().any(|&c| line.at(c) <= line.error) {
+            let Some(inner) = remainder else { break };
+            if inner.corners().iter().any(|&c| line.evaluate(c) <= line.error) {
                 self.doubt += line.doubt();
             }
-            if let Some(outer) = inner.kept(line, -1.0) {
+            if let Some(outer) = inner.clipped(line, -1.0) {
                 if outer.is_full() {
                     return None;
                 }
                 // A part thinner than the doubt is in it.
                 if outer.area() > line.doubt() { self.parts.push(outer) } else { self.doubt += 2.0 * outer.area() }
             }
-            rest = inner.kept(line, 1.0);
-            if rest.is_some_and(|rest| rest.is_full()) {
+            remainder = inner.clipped(line, 1.0);
+            if remainder.is_some_and(|remainder| remainder.is_full()) {
                 return None;
             }
         }
@@ -305,8 +305,8 @@ impl Visible {
         if self.whole {
             return 1.0;
         }
-        let seen: f64 = self.parts.iter().map(VisiblePart::area).sum();
-        smallest(seen / VisiblePart::of(shape).area() + self.doubt, 1.0)
+        let visible_area: f64 = self.parts.iter().map(VisiblePart::area).sum();
+        smallest(visible_area / VisiblePart::full(shape).area() + self.doubt, 1.0)
     }
 
     /// Whether nothing is seen.

@@ -32,7 +32,7 @@ pub(crate) struct Excess {
     pub(crate) last: f64,
     pub(crate) next: f64,
     pub(crate) largest: f64,
-    pub(crate) beyond: f64,
+    pub(crate) truncation: f64,
     pub(crate) spread: f64,
 }
 
@@ -40,7 +40,7 @@ impl Excess {
     /// Estimate of its magnitude over the element: the part beyond the next degree counts twice, since the samples are not where it
     /// is largest.
     pub(crate) fn magnitude(&self) -> f64 {
-        self.largest + 2.0 * self.beyond
+        self.largest + 2.0 * self.truncation
     }
 }
 
@@ -50,8 +50,8 @@ impl Excess {
 /// use radgrad_solver::{Basis, Shape};
 /// let basis = Basis::new(Shape::Parallelogram, 1);
 /// assert_eq!(basis.len(), 4);
-/// let at = basis.values([0.5, 1.0]);
-/// assert!((at[0] - 1.0).abs() < 1e-15 && at[1].abs() < 1e-15, "1, then sqrt(3)(2s - 1), which is 0 in the middle");
+/// let values = basis.values([0.5, 1.0]);
+/// assert!((values[0] - 1.0).abs() < 1e-15 && values[1].abs() < 1e-15, "1, then sqrt(3)(2s - 1), which is 0 in the middle");
 /// // f(s, t) = 3 + s, from its values at the nodes:
 /// let samples: Vec<f64> = basis.nodes().iter().map(|node| 3.0 + node.at[0]).collect();
 /// let coefficients = basis.project(&samples);
@@ -85,13 +85,13 @@ impl Basis {
     pub fn new(shape: Shape, degree: usize) -> Self {
         let degree = degree.min(MAX_DEGREE);
         let nodes = rule::for_degree(shape, degree);
-        let above = Self::at(shape, degree + 1, nodes.clone(), None);
-        Self::at(shape, degree, nodes, Some(Box::new(above)))
+        let above = Self::with_nodes(shape, degree + 1, nodes.clone(), None);
+        Self::with_nodes(shape, degree, nodes, Some(Box::new(above)))
     }
 
     /// The same with the fewest nodes that project on it, and nothing known of what is beyond it.
     pub(crate) fn of_fewest_nodes(shape: Shape, degree: usize) -> Self {
-        Self::at(shape, degree, rule::least_for_degree(shape, degree), None)
+        Self::with_nodes(shape, degree, rule::least_for_degree(shape, degree), None)
     }
 
     /// That of the first degree.
@@ -105,7 +105,7 @@ impl Basis {
         }
     }
 
-    fn at(shape: Shape, degree: usize, nodes: Vec<Node>, above: Option<Box<Self>>) -> Self {
+    fn with_nodes(shape: Shape, degree: usize, nodes: Vec<Node>, above: Option<Box<Self>>) -> Self {
         let powers = powers(shape, degree);
         let functions = match shape {
             Shape::Parallelogram => legendre_products(&powers),
@@ -130,8 +130,9 @@ impl Basis {
         basis.to_child = [0, 1, 2, 3].map(|child| basis.child_map(child));
         basis.bernstein = basis.bernstein_map();
         basis.largest = basis.bernstein.iter().flatten().fold(1.0, |most, c| largest(most, c.abs()));
-        let of = |function: usize| basis.bernstein.iter().fold(0.0, |most: f64, row| largest(most, row[function].abs()));
-        basis.sizes = (0..basis.len()).map(of).collect();
+        let largest_coefficient =
+            |function: usize| basis.bernstein.iter().fold(0.0, |most: f64, row| largest(most, row[function].abs()));
+        basis.sizes = (0..basis.len()).map(largest_coefficient).collect();
         let size = |f: &Monomials| f.iter().map(|c| c.abs()).sum::<f64>();
         basis.conditioning = basis.functions.iter().map(size).fold(1.0, largest);
         basis
@@ -287,8 +288,8 @@ impl Basis {
     /// let basis = Basis::new(Shape::Parallelogram, 1);
     /// // Of s^2 linear functions leave s^2 - s + 1/6, at most 1/6.
     /// let samples: Vec<f64> = basis.nodes().iter().map(|node| node.at[0] * node.at[0]).collect();
-    /// let left = basis.magnitude_beyond(&samples);
-    /// assert!(left >= 1.0 / 6.0 && left < 0.4);
+    /// let truncation = basis.magnitude_beyond(&samples);
+    /// assert!(truncation >= 1.0 / 6.0 && truncation < 0.4);
     /// ```
     #[must_use]
     pub fn magnitude_beyond(&self, samples: &[f64]) -> f64 {
@@ -304,16 +305,17 @@ impl Basis {
         let size = |part: &[f64]| part.iter().map(|c| c * c).sum::<f64>().sqrt();
         let lower = self.degree.checked_sub(1).map_or(0, |d| self.count(d));
         let (last, next) = (size(&coefficients[lower..self.len()]), size(&coefficients[self.len()..]));
-        let rest: Vec<f64> = above.at_nodes.iter().zip(samples).map(|(at, sample)| sample - dot(at, &coefficients)).collect();
-        let beyond = rest.iter().fold(0.0, |most: f64, r| largest(most, r.abs()));
+        let remainders: Vec<f64> =
+            above.at_nodes.iter().zip(samples).map(|(at, sample)| sample - dot(at, &coefficients)).collect();
+        let truncation = remainders.iter().fold(0.0, |most: f64, r| largest(most, r.abs()));
         let squares = |others: bool| {
-            let chosen = rest.iter().zip(&self.nodes).filter(|(_, node)| (node.weight == 0.0) == others);
+            let chosen = remainders.iter().zip(&self.nodes).filter(|(_, node)| (node.weight == 0.0) == others);
             let (sum, count) = chosen.fold((0.0, 0), |(sum, count), (r, _)| (sum + r * r, count + 1));
             sum / f64::from(count.max(1))
         };
         let spread = largest(squares(true), squares(false)).sqrt();
         coefficients[..self.len()].fill(0.0);
-        Excess { last, next, largest: above.magnitude(&coefficients), beyond, spread }
+        Excess { last, next, largest: above.magnitude(&coefficients), truncation, spread }
     }
 
     /// The part of what samples have beyond the polynomials seen that lies along the basis, which the rule of the nodes cannot tell: it falls
@@ -380,10 +382,10 @@ impl Basis {
 
 /// Exponents in the order of degrees.
 fn powers(shape: Shape, degree: usize) -> Vec<[usize; 2]> {
-    let all = (0..=degree).flat_map(|i| (0..=degree).map(move |j| [i, j]));
+    let pairs = (0..=degree).flat_map(|i| (0..=degree).map(move |j| [i, j]));
     let mut powers: Vec<[usize; 2]> = match shape {
-        Shape::Parallelogram => all.collect(),
-        Shape::Triangle => all.filter(|[i, j]| i + j <= degree).collect(),
+        Shape::Parallelogram => pairs.collect(),
+        Shape::Triangle => pairs.filter(|[i, j]| i + j <= degree).collect(),
     };
     powers.sort_by_key(|&[i, j]| match shape {
         Shape::Parallelogram => (i.max(j), i + j, j),
@@ -484,9 +486,9 @@ mod tests {
             let mut back = vec![0.0; basis.len()];
             for child in 0..4 {
                 let of_child = basis.restrict(child, &parent);
-                let at = [0.2, 0.7];
-                let here: f64 = dot(&basis.values(at), &of_child);
-                let there: f64 = dot(&basis.values(in_parent(shape, child, at)), &parent);
+                let place = [0.2, 0.7];
+                let here: f64 = dot(&basis.values(place), &of_child);
+                let there: f64 = dot(&basis.values(in_parent(shape, child, place)), &parent);
                 assert!((here - there).abs() < 1e-11, "{shape:?} {child}: {here} {there}");
                 basis.pull(child, &of_child, &mut back);
             }
@@ -502,15 +504,15 @@ mod tests {
             let [low, high] = basis.range(&coefficients);
             for i in 0..=10 {
                 for j in 0..=10 {
-                    let at = [f64::from(i) / 10.0, f64::from(j) / 10.0];
+                    let place = [f64::from(i) / 10.0, f64::from(j) / 10.0];
                     if shape == Shape::Triangle && i + j > 10 {
                         continue;
                     }
-                    let value = dot(&basis.values(at), &coefficients);
+                    let value = dot(&basis.values(place), &coefficients);
                     assert!((low - 1e-12..=high + 1e-12).contains(&value));
                     let step = 1e-6;
-                    let ahead = dot(&basis.values([at[0] + step, at[1]]), &coefficients);
-                    let slope: f64 = basis.slopes(at).iter().zip(&coefficients).map(|(s, c)| s[0] * c).sum();
+                    let ahead = dot(&basis.values([place[0] + step, place[1]]), &coefficients);
+                    let slope: f64 = basis.slopes(place).iter().zip(&coefficients).map(|(s, c)| s[0] * c).sum();
                     assert!(((ahead - value) / step - slope).abs() < 1e-3);
                 }
             }

@@ -61,7 +61,7 @@ pub(crate) enum Parts {
 }
 
 impl Cluster {
-    fn of(index: usize, element: &Element) -> Self {
+    fn single_element(index: usize, element: &Element) -> Self {
         let (normal, [low, high]) = (element.polygon().normal(), around(element.polygon().vertices()));
         Self { low, high, normals: [normal; 2], area: element.area(), parts: Parts::Element(index) }
     }
@@ -102,8 +102,8 @@ impl Cluster {
 
 /// The largest height of a box over a plane through the origin.
 pub(crate) fn highest(normal: DVec3, low: DVec3, high: DVec3) -> f64 {
-    let most = (normal * low).max(normal * high);
-    most.x + most.y + most.z
+    let products = (normal * low).max(normal * high);
+    products.x + products.y + products.z
 }
 
 /// The largest `-n.y` over a box of normals and a box of points.
@@ -120,7 +120,8 @@ impl Clusters {
 
     /// The same over few elements too.
     pub(crate) fn always_over(elements: &[Element]) -> Self {
-        let mut singles: Vec<Cluster> = elements.iter().enumerate().map(|(index, element)| Cluster::of(index, element)).collect();
+        let mut singles: Vec<Cluster> =
+            elements.iter().enumerate().map(|(index, element)| Cluster::single_element(index, element)).collect();
         let mut clusters = Self { all: Vec::with_capacity(2 * singles.len()), ..Self::default() };
         if !singles.is_empty() {
             build(&mut clusters.all, &mut singles);
@@ -145,7 +146,7 @@ impl Clusters {
         (!self.all.is_empty()).then_some(0)
     }
 
-    pub(crate) fn all(&self) -> &[Cluster] {
+    pub(crate) fn clusters(&self) -> &[Cluster] {
         &self.all
     }
 
@@ -184,10 +185,10 @@ fn build(all: &mut Vec<Cluster>, singles: &mut [Cluster]) -> usize {
     all.push(whole);
     if singles.len() > 1 {
         let middle = by_facing(singles).unwrap_or_else(|| by_place(singles));
-        let (left, right) = singles.split_at_mut(middle);
-        let left = build(all, left);
-        let right = build(all, right);
-        all[index].parts = Parts::Two([left, right]);
+        let (lower, upper) = singles.split_at_mut(middle);
+        let lower = build(all, lower);
+        let upper = build(all, upper);
+        all[index].parts = Parts::Two([lower, upper]);
     }
     index
 }

@@ -68,7 +68,7 @@ impl Element {
         Ok(Self {
             shape,
             arms,
-            remainders: remainder::of(shape, axes, basis.degree()),
+            remainders: remainder::bounds(shape, axes, basis.degree()),
             origin,
             axes,
             dual,
@@ -309,8 +309,9 @@ impl Element {
 
     /// An emitter with the sum of the functions with these coefficients as its emission; absent ones are 0.
     pub(crate) fn emitter_of(&self, coefficients: &[f64], basis: &Basis) -> Result<Emitter, Error> {
-        let of = |(function, c): (usize, &f64)| basis.monomials(function).map(|(m, at)| (m * c, at)).collect::<Vec<_>>();
-        let terms: Vec<(f64, [usize; 2])> = coefficients.iter().enumerate().flat_map(of).collect();
+        let scaled_terms =
+            |(function, c): (usize, &f64)| basis.monomials(function).map(|(m, at)| (m * c, at)).collect::<Vec<_>>();
+        let terms: Vec<(f64, [usize; 2])> = coefficients.iter().enumerate().flat_map(scaled_terms).collect();
         let emitter = self.emission(&terms).and_then(|emission| Emitter::new(self.polygon.clone(), emission));
         emitter.map_err(|source| Error::Element { face: self.face, source })
     }
@@ -406,11 +407,11 @@ mod tests {
     fn the_distance_is_that_of_the_nearest_point() {
         let (elements, _) = elements(&[[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
         for point in [[0.5, 0.25, 3.0], [-3.0, 0.5, 4.0], [1.0, -2.0, 0.0], [2.0, 1.5, 0.1]].map(DVec3::from) {
-            let found = elements[0].distance(point, point.z);
+            let computed = elements[0].distance(point, point.z);
             let step = |i: u32| f64::from(i) / 400.0;
             let grid = (0..=400).flat_map(|i| (0..=400 - i).map(move |j| [step(i), step(j)]));
             let nearest = grid.map(|at| (elements[0].point(at) - point).length()).fold(f64::INFINITY, smallest);
-            assert!(found <= nearest + 1e-12 && nearest - found < 1e-4, "{point}: {found} {nearest}");
+            assert!(computed <= nearest + 1e-12 && nearest - computed < 1e-4, "{point}: {computed} {nearest}");
         }
     }
 

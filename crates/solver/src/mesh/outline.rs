@@ -43,10 +43,10 @@ pub(crate) fn slices(outline: &[DVec3]) -> Option<Vec<Vec<DVec3>>> {
     if count == 1 {
         return None;
     }
-    let at = |index: usize, [from, to]: [DVec3; 2]| from.lerp(to, index as f64 / count as f64);
+    let point = |index: usize, [from, to]: [DVec3; 2]| from.lerp(to, index as f64 / count as f64);
     let slice = |index: usize| {
         let [start, end] = [index, index + 1];
-        vec![at(start, [a, b]), at(end, [a, b]), at(end, [d, c]), at(start, [d, c])]
+        vec![point(start, [a, b]), point(end, [a, b]), point(end, [d, c]), point(start, [d, c])]
     };
     Some((0..count).map(slice).collect())
 }
@@ -66,7 +66,7 @@ pub(crate) fn with_parallelogram(outline: &[DVec3], normal: DVec3) -> Option<Vec
     }
     let area = |[a, b, c]: [DVec3; 3]| 0.5 * normal.dot((b - a).cross(c - a));
     let whole = area([outline[0], outline[1], outline[2]]) + area([outline[0], outline[2], outline[3]]);
-    let at = |first: usize| {
+    let split = |first: usize| {
         let [a, b, c, d] = [0, 1, 2, 3].map(|next| outline[(first + next) % 4]);
         let inner = b + d - a;
         let beside = [[b, c, inner], [inner, c, d]];
@@ -77,7 +77,7 @@ pub(crate) fn with_parallelogram(outline: &[DVec3], normal: DVec3) -> Option<Vec
         (is_inside && part >= LEAST_PARALLELOGRAM)
             .then(|| (part, std::iter::once(vec![a, b, inner, d]).chain(triangles).collect::<Vec<_>>()))
     };
-    (0..4).filter_map(at).max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, parts)| parts)
+    (0..4).filter_map(split).max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, parts)| parts)
 }
 
 #[cfg(test)]

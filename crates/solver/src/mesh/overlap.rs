@@ -20,7 +20,7 @@ impl Clusters {
         let reach = SAME * (element.radius() + low.abs().max(high.abs()).max_element());
         let mut open: Vec<usize> = self.root().into_iter().collect();
         while let Some(at) = open.pop() {
-            let cluster = &self.all()[at];
+            let cluster = &self.clusters()[at];
             let apart = cluster.low.cmpgt(high + reach).any() || cluster.high.cmplt(low - reach).any();
             if apart {
                 continue;

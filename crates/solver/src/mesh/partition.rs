@@ -80,19 +80,19 @@ pub(crate) fn partition(
     light: &Light<'_>,
 ) -> Result<Vec<Vec<Vec<DVec3>>>, Error> {
     let roots = || faces.iter().enumerate().flat_map(|(face, known)| known.parts.iter().map(move |part| (face, part)));
-    let all: f64 = roots().map(|(_, corners)| area(corners)).sum();
-    let mut cutting = Cutting { faces, bases, light, samples: vec![Vec::new(); faces.len()], density: SAMPLES / all };
+    let total: f64 = roots().map(|(_, corners)| area(corners)).sum();
+    let mut cutting = Cutting { faces, bases, light, samples: vec![Vec::new(); faces.len()], density: SAMPLES / total };
     let root = |(face, corners): (usize, &Vec<DVec3>)| {
         cutting.judged(Part { face, corners: corners.clone(), samples: Vec::new(), left: 0.0, best: None })
     };
     let mut parts: Vec<Part> = roots().map(root).collect::<Result<_, Error>>()?;
     loop {
-        let left: f64 = parts.iter().map(|part| part.left).sum();
+        let residual: f64 = parts.iter().map(|part| part.left).sum();
         let score = |part: &Part| part.best.as_ref().map_or(0.0, |best| best.0);
         let next = (0..parts.len()).max_by(|&a, &b| score(&parts[a]).total_cmp(&score(&parts[b])).then(b.cmp(&a)));
         let Some(next) = next else { break };
         let Some((_, pieces)) = parts[next].best.take().filter(|best| best.0 > 0.0) else { break };
-        if left <= error * error * all || parts.len() + pieces.len() > most + 1 {
+        if residual <= error * error * total || parts.len() + pieces.len() > most + 1 {
             break;
         }
         parts.swap_remove(next);
@@ -126,7 +126,7 @@ impl Cutting<'_> {
         let Some(more) = (self.light)(part.face, &places(&part.corners, part.samples.len(), enough))? else { return Ok(part) };
         part.samples.extend(of_face.len()..of_face.len() + more.len());
         of_face.extend(more);
-        part.left = self.left(part.face, &part.corners, &part.samples).unwrap_or(0.0);
+        part.left = self.expected_residual(part.face, &part.corners, &part.samples).unwrap_or(0.0);
         Ok(self.with_best(part))
     }
 
@@ -136,8 +136,8 @@ impl Cutting<'_> {
         let scored = cuts.into_par_iter().filter_map(|pieces| {
             let added = pieces.len() - 1;
             let pieces = self.pieces(&part, pieces)?;
-            let left: f64 = pieces.iter().map(|piece| piece.left).sum();
-            Some(((part.left - left) / added as f64, pieces))
+            let residual: f64 = pieces.iter().map(|piece| piece.left).sum();
+            Some(((part.left - residual) / added as f64, pieces))
         });
         let scored: Vec<(f64, Vec<Part>)> = scored.collect();
         part.best = scored.into_iter().reduce(|best, next| if next.0 > best.0 { next } else { best });
@@ -186,15 +186,15 @@ impl Cutting<'_> {
             samples[nearest].push(sample);
         }
         let piece = |(corners, samples): (Vec<DVec3>, Vec<usize>)| {
-            let left = self.left(part.face, &corners, &samples)?;
-            Some(Part { face: part.face, corners, samples, left, best: None })
+            let residual = self.expected_residual(part.face, &corners, &samples)?;
+            Some(Part { face: part.face, corners, samples, left: residual, best: None })
         };
         outlines.into_iter().zip(samples).map(piece).collect()
     }
 
     /// Mean square of what polynomials leave of the light, times the area, expected of all places rather than of the samples that they fit;
     /// `None` if these are too few.
-    fn left(&self, face: usize, corners: &[DVec3], samples: &[usize]) -> Option<f64> {
+    fn expected_residual(&self, face: usize, corners: &[DVec3], samples: &[usize]) -> Option<f64> {
         let (known, samples_of_face) = (&self.faces[face], &self.samples[face]);
         let basis = &self.bases[usize::from(corners.len() == 3)];
         let (len, count) = (basis.len(), samples.len());
@@ -224,8 +224,8 @@ impl Cutting<'_> {
         let factor = cholesky(products, len)?;
         let taken =
             |channel: usize| forward(&factor, &moments[channel * len..(channel + 1) * len]).iter().map(|c| c * c).sum::<f64>();
-        let left: f64 = (0..channels).map(|channel| largest(squares[channel] - taken(channel), 0.0)).sum();
-        Some(area(corners) * left / ((count - len) * channels) as f64)
+        let residual: f64 = (0..channels).map(|channel| largest(squares[channel] - taken(channel), 0.0)).sum();
+        Some(area(corners) * residual / ((count - len) * channels) as f64)
     }
 }
 
@@ -247,11 +247,11 @@ fn cholesky(mut a: Vec<f64>, len: usize) -> Option<Vec<f64>> {
     for i in 0..len {
         for k in 0..=i {
             let sum: f64 = (0..k).map(|j| a[i * len + j] * a[k * len + j]).sum();
-            let rest = a[i * len + k] - sum;
+            let remainder = a[i * len + k] - sum;
             if k < i {
-                a[i * len + k] = rest / a[k * len + k];
-            } else if rest > 1e-9 * a[i * len + i] {
-                a[i * len + i] = rest.sqrt();
+                a[i * len + k] = remainder / a[k * len + k];
+            } else if remainder > 1e-9 * a[i * len + i] {
+                a[i * len + i] = remainder.sqrt();
             } else {
                 return None;
             }
@@ -297,21 +297,21 @@ fn in_two(c: &[DVec3]) -> Vec<Vec<Vec<DVec3>>> {
 fn in_four(corners: &[DVec3]) -> Vec<Vec<DVec3>> {
     let shape = if corners.len() == 3 { Shape::Triangle } else { Shape::Parallelogram };
     let (origin, u, v) = (corners[0], corners[1] - corners[0], corners[corners.len() - 1] - corners[0]);
-    let at = |[s, t]: [f64; 2]| origin + u * s + v * t;
-    (0..4).map(|child| shape.corners().iter().map(|&corner| at(in_parent(shape, child, corner))).collect()).collect()
+    let point = |[s, t]: [f64; 2]| origin + u * s + v * t;
+    (0..4).map(|child| shape.corners().iter().map(|&corner| point(in_parent(shape, child, corner))).collect()).collect()
 }
 
 /// The ways to make a convex polygon of triangles and parallelograms, as few as there can be.
 fn shapes(v: &[DVec3]) -> Vec<Vec<Vec<DVec3>>> {
-    let at = |i: usize| v[i % v.len()];
+    let vertex = |i: usize| v[i % v.len()];
     if v.len() == 3 || is_parallelogram(v) {
         return vec![vec![v.to_vec()]];
     }
-    let fan = |from: usize| (1..v.len() - 1).map(|i| vec![at(from), at(from + i), at(from + i + 1)]).collect();
+    let fan = |from: usize| (1..v.len() - 1).map(|i| vec![vertex(from), vertex(from + i), vertex(from + i + 1)]).collect();
     let mut ways: Vec<Vec<Vec<DVec3>>> = (0..if v.len() == 4 { 2 } else { v.len() }).map(fan).collect();
     // A trapezoid: the parallelogram on its shorter side, and what is left.
     for i in 0..if v.len() == 4 { 4 } else { 0 } {
-        let [a, b, c, d] = [at(i), at(i + 1), at(i + 2), at(i + 3)];
+        let [a, b, c, d] = [vertex(i), vertex(i + 1), vertex(i + 2), vertex(i + 3)];
         let (longer, shorter) = (b - a, c - d);
         if longer.cross(shorter).length() <= 1e-9 * longer.length() * shorter.length() && longer.length() > shorter.length() {
             let (from, to) = (a + shorter, b - shorter);

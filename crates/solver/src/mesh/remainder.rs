@@ -23,7 +23,7 @@ use crate::mesh::rule;
 use crate::mesh::shape::Shape;
 
 /// For each m up to `degree + 1` the root mean square of `f - P f` over a bound on `|D^m f|/m!`, P on the basis of the degree.
-pub(crate) fn of(shape: Shape, [u, v]: [DVec3; 2], degree: usize) -> [f64; POWERS] {
+pub(crate) fn bounds(shape: Shape, [u, v]: [DVec3; 2], degree: usize) -> [f64; POWERS] {
     let dimension = match shape {
         Shape::Parallelogram => 1.0,
         Shape::Triangle => 2.0,
@@ -32,8 +32,8 @@ pub(crate) fn of(shape: Shape, [u, v]: [DVec3; 2], degree: usize) -> [f64; POWER
     // Exact for polynomials of twice the largest power.
     let nodes = if shape == Shape::Triangle { rule::collapsed(POWERS + 1) } else { Vec::new() };
     let (mut factorial, mut eigenvalues, mut beta) = (1.0, 1.0, 1.0);
-    let mut of = [1.0; POWERS];
-    for (order, of) in of.iter_mut().enumerate().take(degree + 2).skip(1) {
+    let mut bounds = [1.0; POWERS];
+    for (order, bound) in bounds.iter_mut().enumerate().take(degree + 2).skip(1) {
         let (m, k) = (order as f64, (order - 1) as f64);
         let above = (degree + 1) as f64;
         factorial *= m;
@@ -44,15 +44,15 @@ pub(crate) fn of(shape: Shape, [u, v]: [DVec3; 2], degree: usize) -> [f64; POWER
             Shape::Parallelogram => beta * (power(sides[0]) + power(sides[1])),
             Shape::Triangle => {
                 let weight = |[s, t]: [f64; 2]| {
-                    let rest = 1.0 - s - t;
-                    rest * s * sides[0] + rest * t * sides[1] + s * t * sides[2]
+                    let third = 1.0 - s - t;
+                    third * s * sides[0] + third * t * sides[1] + s * t * sides[2]
                 };
                 nodes.iter().map(|node| node.weight * power(weight(node.at))).sum::<f64>()
             }
         };
-        *of = factorial * (mean / eigenvalues).sqrt() * (1.0 + 1e-12);
+        *bound = factorial * (mean / eigenvalues).sqrt() * (1.0 + 1e-12);
     }
-    of
+    bounds
 }
 
 #[cfg(test)]
@@ -63,7 +63,7 @@ mod tests {
     use crate::mesh::basis::Basis;
 
     /// Root mean square of `(g.y)^m` less its projection, with a unit vector g; its `|D^m f|/m!` is at most 1.
-    fn left(shape: Shape, axes: [DVec3; 2], degree: usize, direction: DVec3, order: usize) -> f64 {
+    fn rms_remainder(shape: Shape, axes: [DVec3; 2], degree: usize, direction: DVec3, order: usize) -> f64 {
         let basis = Basis::new(shape, degree);
         let nodes = if shape == Shape::Triangle { rule::collapsed(8) } else { rule::product(8) };
         let f = |[s, t]: [f64; 2]| {
@@ -84,12 +84,19 @@ mod tests {
         for shape in [Shape::Parallelogram, Shape::Triangle] {
             for axes in [[DVec3::X, DVec3::Y], [DVec3::new(1.0, 0.3, 0.0), DVec3::new(-0.2, 2.0, 0.0)]] {
                 for degree in 0..=4 {
-                    let bounds = of(shape, axes, degree);
+                    let bounds = bounds(shape, axes, degree);
                     for (order, bound) in bounds.into_iter().enumerate().take(degree + 2).skip(1) {
                         let turned = |i: u32| DVec3::new((0.2 * f64::from(i)).cos(), (0.2 * f64::from(i)).sin(), 0.0);
-                        let most = (0..16).map(|i| left(shape, axes, degree, turned(i), order)).fold(0.0, largest);
-                        assert!(most <= bound * (1.0 + 1e-6), "{shape:?} {degree} {order}: {most} {bound}");
-                        assert!(order <= degree || most > 0.3 * bound, "{shape:?} {degree} {order}: {most} {bound}");
+                        let largest_remainder =
+                            (0..16).map(|i| rms_remainder(shape, axes, degree, turned(i), order)).fold(0.0, largest);
+                        assert!(
+                            largest_remainder <= bound * (1.0 + 1e-6),
+                            "{shape:?} {degree} {order}: {largest_remainder} {bound}"
+                        );
+                        assert!(
+                            order <= degree || largest_remainder > 0.3 * bound,
+                            "{shape:?} {degree} {order}: {largest_remainder} {bound}"
+                        );
                     }
                 }
             }

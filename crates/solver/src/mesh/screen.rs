@@ -67,15 +67,15 @@ mod tests {
     #[test]
     fn a_screen_hides_what_is_behind_it_and_nothing_that_shows_at_a_corner() {
         let screen = Screen::new(&square(1.0, 0.0), DVec3::Z);
-        let at = |x: f64, z: f64| square(0.2, z).iter().map(|p| *p + DVec3::new(x, x, 0.0)).collect::<Vec<_>>();
+        let shifted = |x: f64, z: f64| square(0.2, z).iter().map(|p| *p + DVec3::new(x, x, 0.0)).collect::<Vec<_>>();
         for [near, far] in [[1.0, -1.0], [-1.0, 1.0]] {
-            assert!(screen.hides(&at(0.4, near), &at(0.4, far)));
+            assert!(screen.hides(&shifted(0.4, near), &shifted(0.4, far)));
             // The middle of the region seen through from corner to corner.
-            assert!(screen.hides(&at(0.7, near), &at(0.85, far)));
-            assert!(!screen.hides(&at(0.75, near), &at(1.1, far)));
-            assert!(!screen.hides(&at(0.4, near), &at(0.4, near)));
-            assert!(!screen.hides(&at(0.4, near), &[DVec3::new(0.5, 0.5, far), DVec3::new(0.5, 0.5, near)]));
-            assert!(!screen.hides(&at(0.4, near), &[DVec3::new(0.5, 0.5, 0.0)]));
+            assert!(screen.hides(&shifted(0.7, near), &shifted(0.85, far)));
+            assert!(!screen.hides(&shifted(0.75, near), &shifted(1.1, far)));
+            assert!(!screen.hides(&shifted(0.4, near), &shifted(0.4, near)));
+            assert!(!screen.hides(&shifted(0.4, near), &[DVec3::new(0.5, 0.5, far), DVec3::new(0.5, 0.5, near)]));
+            assert!(!screen.hides(&shifted(0.4, near), &[DVec3::new(0.5, 0.5, 0.0)]));
             // A body that begins where the screen stands, and reaches as far as it does.
             let beside = [DVec3::new(0.0, 0.0, 0.0), DVec3::new(1.0, 0.0, near), DVec3::new(0.0, 1.0, near)];
             assert!(screen.hides(&beside, &square(1.0, far)) && !screen.hides(&beside, &square(1.1, far)));

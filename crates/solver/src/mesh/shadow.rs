@@ -59,7 +59,7 @@ struct Features {
 }
 
 impl Features {
-    fn of<'a>(polygons: impl Iterator<Item = &'a Polygon>) -> Self {
+    fn collect<'a>(polygons: impl Iterator<Item = &'a Polygon>) -> Self {
         // Adding 0 makes -0 of the same bits.
         let bits = |p: DVec3| (p + 0.0).to_array().map(f64::to_bits);
         let (mut edges, mut vertices, mut features) = (BTreeSet::new(), BTreeSet::new(), Self::default());
@@ -102,7 +102,7 @@ pub(crate) fn lines(scenery: &Scenery<'_>, face: usize, convex: &[Vec<DVec3>], b
         let of_lamp = &scenery.polygons[lamp];
         let v = of_lamp.vertices();
         lines.extend(receiver.horizon(of_lamp));
-        let hiding = Features::of(between.iter().map(|&other| &scenery.polygons[other]));
+        let hiding = Features::collect(between.iter().map(|&other| &scenery.polygons[other]));
         let corners = v.iter().flat_map(|&v| hiding.edges.iter().map(move |&edge| (v, edge)));
         lines.extend(corners.filter_map(|(v, edge)| receiver.corner(lamp, v, edge)));
         let sides = (0..v.len()).map(|i| [v[i], v[(i + 1) % v.len()]]);
@@ -135,8 +135,8 @@ impl Receiver<'_> {
         let foot = self.polygon.vertices()[0] + across * (level / across.length_squared());
         let reach =
             normal.cross(across).normalize_or_zero() * (self.polygon.size() + (foot - self.polygon.vertices()[0]).length());
-        let found = self.within([foot - 2.0 * reach, foot + 2.0 * reach])?;
-        self.is_inside(found).then_some(found)
+        let segment = self.within([foot - 2.0 * reach, foot + 2.0 * reach])?;
+        self.is_inside(segment).then_some(segment)
     }
 
     /// Whether a segment runs inside the face rather than along its outline.
@@ -191,8 +191,8 @@ impl Receiver<'_> {
         if !self.is_inside([a, b]) {
             return None;
         }
-        let at = |place: usize| a + (b - a) * ((place as f64 + 0.5) / PLACES as f64);
-        let counts = |place: &usize| target(at(*place)).is_some_and(|m| self.is_outline(lamp, at(*place), m));
+        let midpoint = |place: usize| a + (b - a) * ((place as f64 + 0.5) / PLACES as f64);
+        let counts = |place: &usize| target(midpoint(*place)).is_some_and(|m| self.is_outline(lamp, midpoint(*place), m));
         let first = (0..PLACES).find(counts)?;
         let last = (0..PLACES).rfind(counts)?;
         let share = |place: usize| place as f64 / PLACES as f64;
@@ -229,22 +229,22 @@ fn clip([a, b]: [DVec3; 2], of: impl Fn(DVec3) -> f64) -> Option<[DVec3; 2]> {
 
 /// Segments of which those on one line that overlap are joined.
 fn joined(lines: Vec<[DVec3; 2]>, level: f64) -> Vec<[DVec3; 2]> {
-    let mut kept: Vec<[DVec3; 2]> = Vec::new();
+    let mut joined: Vec<[DVec3; 2]> = Vec::new();
     for line in lines {
-        let same = kept.iter_mut().find_map(|of| overlap(*of, line, level).map(|joined| (of, joined)));
+        let same = joined.iter_mut().find_map(|drawn| overlap(*drawn, line, level).map(|union| (drawn, union)));
         match same {
-            Some((of, joined)) => *of = joined,
-            None => kept.push(line),
+            Some((drawn, union)) => *drawn = union,
+            None => joined.push(line),
         }
     }
-    kept
+    joined
 }
 
 /// Two segments of one line as one, where they meet.
 fn overlap([a, b]: [DVec3; 2], other: [DVec3; 2], level: f64) -> Option<[DVec3; 2]> {
     let (along, length) = ((b - a).normalize_or_zero(), (b - a).length());
-    let off = |p: DVec3| (p - a).reject_from(along).length();
-    if other.iter().any(|&p| off(p) > level) {
+    let distance = |p: DVec3| (p - a).reject_from(along).length();
+    if other.iter().any(|&p| distance(p) > level) {
         return None;
     }
     let [c, d] = other.map(|p| along.dot(p - a));
@@ -274,9 +274,9 @@ mod tests {
 
     /// Where lines along y are.
     fn across(lines: &[[DVec3; 2]]) -> Vec<f64> {
-        let mut found: Vec<f64> = lines.iter().filter(|[a, b]| (a.x - b.x).abs() < 1e-9).map(|[a, _]| a.x).collect();
-        found.sort_by(f64::total_cmp);
-        found
+        let mut positions: Vec<f64> = lines.iter().filter(|[a, b]| (a.x - b.x).abs() < 1e-9).map(|[a, _]| a.x).collect();
+        positions.sort_by(f64::total_cmp);
+        positions
     }
 
     fn floor_and_lamp() -> [Polygon; 2] {
@@ -289,11 +289,11 @@ mod tests {
         let screen = rectangle([[-1.0, -1.0], [1.0, 1.0]], 1.0, true);
         let lines = lines_of(&[floor, lamp, screen]);
         // Halfway down an edge at 1 throws its shadow to 2 less or more half the lamp, from either end of the lamp.
-        let found = across(&lines);
+        let positions = across(&lines);
         for expected in [-2.5, -1.5, 1.5, 2.5] {
-            assert!(found.iter().any(|x| (x - expected).abs() < 1e-9), "{expected}: {found:?}");
+            assert!(positions.iter().any(|x| (x - expected).abs() < 1e-9), "{expected}: {positions:?}");
         }
-        assert_eq!(found.len(), 4, "{found:?}");
+        assert_eq!(positions.len(), 4, "{positions:?}");
         assert_eq!(lines.len(), 8, "{lines:?}");
     }
 
@@ -302,9 +302,9 @@ mod tests {
         let [floor, lamp] = floor_and_lamp();
         let half = rectangle([[0.25, -40.0], [40.0, 40.0]], 1.0, true);
         let lines = lines_of(&[floor, lamp, half]);
-        let found = across(&lines);
+        let positions = across(&lines);
         assert_eq!(lines.len(), 2, "{lines:?}");
-        assert!((found[0] - 0.0).abs() < 1e-9 && (found[1] - 1.0).abs() < 1e-9, "{found:?}");
+        assert!((positions[0] - 0.0).abs() < 1e-9 && (positions[1] - 1.0).abs() < 1e-9, "{positions:?}");
     }
 
     #[test]
@@ -325,7 +325,7 @@ mod tests {
         assert_eq!(lines_of(&[floor.clone(), lamp.clone(), left.clone(), right]).len(), 8);
         // A fold down from the edge at 0.1: that is one outline, whose shadow from the lamp's far side is at 0.7.
         let down = [[0.1, -1.0, 0.5], [0.1, 1.0, 0.5], [0.1, 1.0, 1.0], [0.1, -1.0, 1.0]].map(DVec3::from);
-        let found = across(&lines_of(&[floor, lamp, left, Polygon::new(down.to_vec()).unwrap()]));
-        assert_eq!(found.iter().filter(|x| (**x - 0.7).abs() < 1e-9).count(), 1, "{found:?}");
+        let positions = across(&lines_of(&[floor, lamp, left, Polygon::new(down.to_vec()).unwrap()]));
+        assert_eq!(positions.iter().filter(|x| (**x - 0.7).abs() < 1e-9).count(), 1, "{positions:?}");
     }
 }

@@ -27,7 +27,7 @@ pub(crate) struct Surfaces {
 }
 
 impl Surfaces {
-    pub(crate) fn of(scene: &Scene) -> Self {
+    pub(crate) fn from_scene(scene: &Scene) -> Self {
         let of_face = |quantity: Quantity, unit: f64| -> Vec<Vec<f64>> {
             let of_material = |material: &Material| {
                 let largest = |channel| material.texture(quantity).map_or(1.0, |texture| texture.largest(channel));
@@ -35,11 +35,11 @@ impl Surfaces {
                 factors.map(|(channel, factor)| unit * factor * largest(channel)).collect::<Vec<f64>>()
             };
             let textured: Vec<Vec<f64>> = scene.materials().iter().map(of_material).collect();
-            let of = |face: &Face| match face.chart(quantity) {
+            let values = |face: &Face| match face.chart(quantity) {
                 Some(_) => textured[face.material()].clone(),
                 None => scene.materials()[face.material()].factors(quantity).iter().map(|factor| unit * factor).collect(),
             };
-            scene.faces().iter().map(of).collect()
+            scene.faces().iter().map(values).collect()
         };
         Self {
             reflectance: of_face(Quantity::Reflectance, 1.0),
@@ -127,13 +127,13 @@ impl Surfaces {
     }
 
     /// Reflectance and emission at a point of a face, in each channel.
-    pub(crate) fn at(&self, face: usize, point: DVec3) -> [Vec<f64>; 2] {
+    pub(crate) fn reflectance_and_emission(&self, face: usize, point: DVec3) -> [Vec<f64>; 2] {
         match &self.textured {
             None => [self.reflectance[face].clone(), self.emitted[face].clone()],
             Some(scene) => {
-                let radiance = scene.at(face, Quantity::Radiance, point);
+                let radiance = scene.value_at(face, Quantity::Radiance, point);
                 let emitted = radiance.into_iter().map(|radiance| std::f64::consts::PI * radiance).collect();
-                [scene.at(face, Quantity::Reflectance, point), emitted]
+                [scene.value_at(face, Quantity::Reflectance, point), emitted]
             }
         }
     }

@@ -71,13 +71,13 @@ impl Pattern {
         radiosity.iter_mut().zip(&self.emitted).for_each(|(b, e)| *b += emits * e);
         let (h, b) = (basis.bernstein(irradiance), basis.bernstein(&radiosity));
         let of_pair = |[rho, e]: &[f64; 2]| h.iter().zip(&b).map(|(h, b)| (emits * e + rho * h - b).abs()).fold(0.0, largest);
-        let most = self.pairs.iter().map(of_pair).fold(0.0, largest);
+        let largest_detail = self.pairs.iter().map(of_pair).fold(0.0, largest);
         let squared: f64 = self.squared.chunks(irradiance.len()).zip(irradiance).map(|(row, h)| h * dot(row, irradiance)).sum();
         let whole = emits * (self.emitted_squared + 2.0 * dot(&self.crossed, irradiance)) + squared;
         let taken = dot(&radiosity, &radiosity);
         // Each sum is rounded a few times for each function.
         let rounding = 64.0 * f64::EPSILON * (whole + 3.0 * taken);
-        Detail { largest: most, mean: smallest((largest(whole - taken, 0.0) + rounding).sqrt(), most) }
+        Detail { largest: largest_detail, mean: smallest((largest(whole - taken, 0.0) + rounding).sqrt(), largest_detail) }
     }
 
     pub(crate) fn mean_reflectance(&self) -> f64 {
@@ -86,12 +86,12 @@ impl Pattern {
 
     /// Root mean squares of the reflectance, of its difference from its mean, and of its difference from its projection.
     pub(crate) fn spread_of_reflectance(&self) -> [f64; 3] {
-        let all = self.squared.first().copied().unwrap_or(0.0);
+        let whole = self.squared.first().copied().unwrap_or(0.0);
         let without = |count: usize| {
             let taken: f64 = self.reflected.iter().take(count).map(|c| c * c).sum();
-            (largest(all - taken, 0.0) + 16.0 * f64::EPSILON * all).sqrt()
+            (largest(whole - taken, 0.0) + 16.0 * f64::EPSILON * whole).sqrt()
         };
-        [all.sqrt(), without(1), without(self.emitted.len())]
+        [whole.sqrt(), without(1), without(self.emitted.len())]
     }
 
     fn new(len: usize) -> Self {
@@ -181,8 +181,8 @@ fn cut<'a>(
 ) {
     match (material.texture(quantity), face.chart(quantity)) {
         (Some(texture), Some(chart)) => {
-            let at = |reference| chart.coordinates(element.point(reference));
-            texture.cut(corners, at, |piece| take(&piece.corners, Some(piece.values)));
+            let coordinates = |reference| chart.coordinates(element.point(reference));
+            texture.cut(corners, coordinates, |piece| take(&piece.corners, Some(piece.values)));
         }
         _ => take(corners, None),
     }
@@ -202,8 +202,8 @@ struct Rules {
 
 /// A symmetric matrix from the entries on its diagonal and right of it, row by row.
 fn square(upper: &[f64], len: usize) -> Vec<f64> {
-    let at = |i: usize, k: usize| upper[i * len - i * (i + 1) / 2 + k];
-    (0..len * len).map(|index| at((index / len).min(index % len), (index / len).max(index % len))).collect()
+    let entry = |i: usize, k: usize| upper[i * len - i * (i + 1) / 2 + k];
+    (0..len * len).map(|index| entry((index / len).min(index % len), (index / len).max(index % len))).collect()
 }
 
 impl Rules {
@@ -224,11 +224,11 @@ impl Rules {
         products.fill(0.0);
         let mut add = |at: [f64; 2], weight: f64| {
             basis.fill(at, values);
-            let mut rest = &mut products[..];
+            let mut rows = &mut products[..];
             for (i, a) in values.iter().enumerate() {
-                let (row, after) = rest.split_at_mut(values.len() - i);
+                let (row, after) = rows.split_at_mut(values.len() - i);
                 row.iter_mut().zip(&values[i..]).for_each(|(sum, b)| *sum += weight * a * b);
-                rest = after;
+                rows = after;
             }
         };
         if let Some([low, high]) = along_axes(corners) {

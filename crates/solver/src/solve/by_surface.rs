@@ -40,45 +40,45 @@ impl Solution {
             let area = surface.faces().iter().map(|&face| scene.faces()[face].polygon().area()).sum();
             SurfaceRadiosity { area, mean: Vec::new(), reflected: Vec::new(), least: Vec::new(), largest: Vec::new() }
         };
-        let mut found: Vec<SurfaceRadiosity> = scene.surfaces().iter().map(dark).collect();
-        let mut areas = vec![0.0; found.len()];
+        let mut radiosities: Vec<SurfaceRadiosity> = scene.surfaces().iter().map(dark).collect();
+        let mut areas = vec![0.0; radiosities.len()];
         for leaf in self.mesh.leaves() {
             let (element, basis) = (&self.mesh.elements()[leaf], self.mesh.basis(leaf));
             let surface = scene.faces()[element.face()].surface();
             areas[surface] += element.area();
-            let of = &mut found[surface];
-            of.mean.resize(channels, 0.0);
-            of.reflected.resize(channels, 0.0);
-            of.least.resize(channels, f64::INFINITY);
-            of.largest.resize(channels, f64::NEG_INFINITY);
+            let radiosity = &mut radiosities[surface];
+            radiosity.mean.resize(channels, 0.0);
+            radiosity.reflected.resize(channels, 0.0);
+            radiosity.least.resize(channels, f64::INFINITY);
+            radiosity.largest.resize(channels, f64::NEG_INFINITY);
             let shape = element.shape();
             for channel in 0..channels {
                 // The first function of a basis is 1, and the others have no mean.
                 let whole = self.coefficients_on(leaf, channel)[0];
                 let emitted = self.emitted_on(leaf, channel)[0] + self.lamp_on(element.face(), channel);
-                of.mean[channel] += element.area() * whole;
-                of.reflected[channel] += element.area() * (whole - emitted);
+                radiosity.mean[channel] += element.area() * whole;
+                radiosity.reflected[channel] += element.area() * (whole - emitted);
                 let nodes = basis.nodes().iter().map(|node| node.at);
                 for at in nodes.chain(shape.corners().iter().copied()).chain([shape.centre()]) {
                     let value = self.value_on(leaf, channel, at);
-                    of.least[channel] = smallest(of.least[channel], value);
-                    of.largest[channel] = largest(of.largest[channel], value);
+                    radiosity.least[channel] = smallest(radiosity.least[channel], value);
+                    radiosity.largest[channel] = largest(radiosity.largest[channel], value);
                 }
             }
         }
         // What was found of the error of the mean is part of it, and all reflected light has a share in that.
         let share = |channel: usize| {
-            let all: f64 = found.iter().filter_map(|of| of.reflected.get(channel)).sum();
-            if all > 0.0 { self.reflected[channel] * self.mesh.area() / all } else { 1.0 }
+            let total: f64 = radiosities.iter().filter_map(|radiosity| radiosity.reflected.get(channel)).sum();
+            if total > 0.0 { self.reflected[channel] * self.mesh.area() / total } else { 1.0 }
         };
         let shares: Vec<f64> = (0..channels).map(share).collect();
-        for (of, area) in found.iter_mut().zip(areas) {
-            for ((mean, reflected), share) in of.mean.iter_mut().zip(&mut of.reflected).zip(&shares) {
+        for (radiosity, area) in radiosities.iter_mut().zip(areas) {
+            for ((mean, reflected), share) in radiosity.mean.iter_mut().zip(&mut radiosity.reflected).zip(&shares) {
                 let emitted = *mean - *reflected;
                 *reflected *= share / area;
                 *mean = emitted / area + *reflected;
             }
         }
-        found
+        radiosities
     }
 }

@@ -37,16 +37,16 @@ impl Solution {
         let mut sums = vec![0.0; self.mesh.basis(receiver).nodes().len()];
         links.iter().for_each(|link| cover(&mut sums, &link.rows, 1.0));
         let node = (0..sums.len()).find(|&node| sums[node] > 1.0 + MARGIN)?;
-        let mut seen: Vec<(f64, usize)> = Vec::new();
+        let mut by_face: Vec<(f64, usize)> = Vec::new();
         for link in links {
             let (face, factor) = (self.mesh.elements()[link.source].face(), link.rows[node].factor());
-            match seen.iter_mut().find(|(_, known)| *known == face) {
+            match by_face.iter_mut().find(|(_, counted)| *counted == face) {
                 Some((sum, _)) => *sum += factor,
-                None => seen.push((factor, face)),
+                None => by_face.push((factor, face)),
             }
         }
-        seen.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-        let faces = seen.iter().take(NAMED).map(|&(_, face)| scene.name_of(face)).collect();
+        by_face.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        let faces = by_face.iter().take(NAMED).map(|&(_, face)| scene.name_of(face)).collect();
         Some(Error::Covered { face: scene.name_of(self.mesh.elements()[receiver].face()), sum: sums[node], faces })
     }
 }

@@ -19,7 +19,7 @@ pub(crate) struct Detail {
     /// Coefficients in the basis of the next degree.
     pub(crate) coefficients: Vec<f64>,
     /// Root mean square of what samples have beyond that.
-    pub(crate) beyond: f64,
+    pub(crate) truncation: f64,
     /// The part of that along the polynomials up to the next degree, which samples cannot tell from it.
     pub(crate) along: f64,
     /// On leaves, what links and clusters neglect of it, as if the links' signs were at random.
@@ -30,12 +30,12 @@ impl Detail {
     /// The part of the coefficients that is taken for the light's own, beside what samples have beyond: Wiener's filter.
     pub(super) fn sure(&self) -> f64 {
         let square = self.coefficients.iter().map(|c| c * c).sum::<f64>();
-        if square > 0.0 { square / (square + self.beyond * self.beyond) } else { 1.0 }
+        if square > 0.0 { square / (square + self.truncation * self.truncation) } else { 1.0 }
     }
 
     fn with(mut self, other: &Self) -> Self {
         self.coefficients.iter_mut().zip(&other.coefficients).for_each(|(sum, c)| *sum += c);
-        self.beyond = self.beyond.hypot(other.beyond);
+        self.truncation = self.truncation.hypot(other.truncation);
         self.along = self.along.hypot(other.along);
         self.neglected += other.neglected;
         self
@@ -48,11 +48,11 @@ impl Detail {
         let (mut all, mut along) = (0.0, 0.0);
         for (child, of) in children.into_iter().enumerate() {
             above.pull(child, &of.coefficients, &mut over.coefficients);
-            all += 0.25 * (squares(&of.coefficients) + of.beyond * of.beyond);
+            all += 0.25 * (squares(&of.coefficients) + of.truncation * of.truncation);
             along += 0.25 * of.along * of.along;
         }
         over.along = along.sqrt();
-        over.beyond = largest(all - squares(&over.coefficients), 0.0).sqrt();
+        over.truncation = largest(all - squares(&over.coefficients), 0.0).sqrt();
         over
     }
 }
@@ -80,15 +80,15 @@ impl Solution {
                 }
                 false => Vec::new(),
             };
-            let mut all: Vec<Vec<Detail>> = (0..reflected.len()).into_par_iter().map(of_leaf).collect();
-            for element in (0..all.len()).rev() {
+            let mut details: Vec<Vec<Detail>> = (0..reflected.len()).into_par_iter().map(of_leaf).collect();
+            for element in (0..details.len()).rev() {
                 let Some(first) = self.mesh.elements()[element].children() else { continue };
                 let Some(above) = self.mesh.basis(element).above() else { continue };
-                let of = |channel: usize| Detail::over(above, [0, 1, 2, 3].map(|child| &all[first + child][channel]));
-                let over = (0..self.channels.len()).map(of).collect();
-                all[element] = over;
+                let merged = |channel: usize| Detail::over(above, [0, 1, 2, 3].map(|child| &details[first + child][channel]));
+                let over = (0..self.channels.len()).map(merged).collect();
+                details[element] = over;
             }
-            all
+            details
         })
     }
 
@@ -116,7 +116,7 @@ impl Solution {
         let basis = self.mesh.basis(element);
         let excess = basis.excess(samples);
         let along = basis.seen_of(&excess) * excess.spread;
-        Detail { coefficients: basis.next(samples), beyond: excess.spread, along, neglected: 0.0 }
+        Detail { coefficients: basis.next(samples), truncation: excess.spread, along, neglected: 0.0 }
     }
 
     /// What a node's links and clusters neglect.

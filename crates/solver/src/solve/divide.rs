@@ -27,8 +27,8 @@ impl Solution {
     /// Divides what leaves out most.
     pub(super) fn divide(&mut self, options: &Options) -> Result<(), Error> {
         let (elements, receivers) = match options.marking {
-            Marking::Residual => (Vec::new(), bulk(self.shares(), self.part(options))),
-            Marking::Gradient | Marking::Shadows => self.most_off()?,
+            Marking::Residual => (Vec::new(), bulk(self.indicators(), self.part(options))),
+            Marking::Gradient | Marking::Shadows => self.largest_errors()?,
         };
         for &element in elements.iter().chain(&receivers) {
             self.mesh.divide(element)?;
@@ -48,25 +48,26 @@ impl Solution {
     }
 
     /// What each receiver adds to the estimate of the mean magnitude.
-    fn shares(&self) -> Vec<(f64, usize)> {
+    fn indicators(&self) -> Vec<(f64, usize)> {
         let reference = self.reference();
-        let share = |receiver: usize, channel: usize| {
-            let counts = self.counts(receiver, &self.error_estimate.residuals[1][receiver][channel]);
+        let indicator = |receiver: usize, channel: usize| {
+            let residual = self.reducible(receiver, &self.error_estimate.residuals[1][receiver][channel]);
             if self.served.is_known() {
-                return self.counts_for_points(receiver, channel, counts);
+                return self.indicator_for_points(receiver, channel, residual);
             }
-            ratio(self.error_estimate.share(&self.mesh, receiver, channel, counts), reference[channel])
+            ratio(self.error_estimate.indicator(&self.mesh, receiver, channel, residual), reference[channel])
         };
-        let worst = |receiver: usize| (0..self.channels.len()).map(|channel| share(receiver, channel)).fold(0.0, largest);
+        let worst = |receiver: usize| (0..self.channels.len()).map(|channel| indicator(receiver, channel)).fold(0.0, largest);
         self.receivers.iter().map(|&receiver| (worst(receiver), receiver)).collect()
     }
 
     /// Leaves, and receivers above them, that are off most by samples and gradients; and the receivers among these that gather
     /// more finely from now on: those where reflected light by itself is no small part of the error.
-    fn most_off(&mut self) -> Result<(Vec<usize>, Vec<usize>), Error> {
+    fn largest_errors(&mut self) -> Result<(Vec<usize>, Vec<usize>), Error> {
         self.judge()?;
         let elements = self.mesh.elements();
-        let off = |element: usize, light: &Samples| elements[element].area() * self.off(element, light);
+        let weighted_residual =
+            |element: usize, light: &Samples| elements[element].area() * self.mean_square_residual(element, light);
         let mut receives = vec![false; elements.len()];
         self.receivers.iter().for_each(|&receiver| receives[receiver] = true);
         let lights = |element: usize| {
@@ -75,15 +76,16 @@ impl Solution {
             (direct, reflected.as_ref().filter(|_| receives[element]))
         };
         let of_element = |element: usize| match lights(element) {
-            (Some(direct), Some(reflected)) => Some((off(element, &direct.with(reflected)), element)),
-            (Some(light), None) | (None, Some(light)) => Some((off(element, light), element)),
+            (Some(direct), Some(reflected)) => Some((weighted_residual(element, &direct.with(reflected)), element)),
+            (Some(light), None) | (None, Some(light)) => Some((weighted_residual(element, light), element)),
             (None, None) => None,
         };
         let marked: Vec<(f64, usize)> = (0..elements.len()).filter_map(of_element).collect();
         let chosen = bulk(marked, OFF_BULK);
-        let whole = |&element: &usize| of_element(element).map_or(f64::INFINITY, |(off, _)| off);
+        let whole = |&element: &usize| of_element(element).map_or(f64::INFINITY, |(weighted_residual, _)| weighted_residual);
         let least = chosen.iter().map(whole).fold(f64::INFINITY, smallest);
-        let finer = |&element: &usize| lights(element).1.is_some_and(|light| off(element, light) >= REFLECTED_PART * least);
+        let finer =
+            |&element: &usize| lights(element).1.is_some_and(|light| weighted_residual(element, light) >= REFLECTED_PART * least);
         let receivers = chosen.iter().copied().filter(finer).collect();
         Ok((chosen, receivers))
     }
@@ -131,10 +133,10 @@ pub(super) fn part_to_divide(left: f64) -> f64 {
 /// The elements with the largest parts that together make up this part of the whole.
 pub(super) fn bulk<T: Ord>(mut marked: Vec<(f64, T)>, part: f64) -> Vec<T> {
     marked.sort_by(|a, b| b.0.total_cmp(&a.0).then_with(|| a.1.cmp(&b.1)));
-    let all: f64 = marked.iter().map(|m| m.0).sum();
+    let total: f64 = marked.iter().map(|m| m.0).sum();
     let mut taken = 0.0;
     let takes = |(share, _): &(f64, T)| {
-        let goes_on = taken < part * all;
+        let goes_on = taken < part * total;
         taken += share;
         goes_on
     };

@@ -75,7 +75,7 @@ struct Part {
     swapped: f64,
     detail: f64,
     /// The square of what both may be off by.
-    off: f64,
+    squared_error: f64,
     /// Bound on what links of the swapped gather neglect: the same way wherever light and kernels are alike, so that it adds up by itself.
     neglected: f64,
     /// By light that no sample sees.
@@ -85,14 +85,14 @@ struct Part {
 impl Part {
     /// What that may be off by.
     fn off_by(&self) -> f64 {
-        self.off.sqrt()
+        self.squared_error.sqrt()
     }
 
     fn and(self, other: Self) -> Self {
         Self {
             swapped: self.swapped + other.swapped,
             detail: self.detail + other.detail,
-            off: self.off + other.off,
+            squared_error: self.squared_error + other.squared_error,
             neglected: self.neglected + other.neglected,
             unseen: self.unseen + other.unseen,
         }
@@ -136,8 +136,8 @@ const FINER_DEGREE: usize = 4;
 fn off_by_rule(basis: &Basis, excess: &Excess) -> f64 {
     let ratio = if excess.next < excess.last { excess.next / excess.last } else { 1.0 };
     let falls = std::iter::repeat_n(ratio, basis.degree() + 2).product::<f64>();
-    let most = 1.0 / basis.nodes().len() as f64;
-    (if falls < most { falls } else { most }) * excess.next.hypot(excess.spread)
+    let without_order = 1.0 / basis.nodes().len() as f64;
+    (if falls < without_order { falls } else { without_order }) * excess.next.hypot(excess.spread)
 }
 
 impl Solution {
@@ -213,11 +213,11 @@ impl Solution {
         let of_lamp = |lamp: usize| {
             let (optics, own) = (self.optics(), self.mesh.basis(lamp));
             let (links, far) = (&self.links[lamp], &self.far[lamp]);
-            let off = |(channel, weight): (usize, &f64)| {
+            let weighted_error = |(channel, weight): (usize, &f64)| {
                 let at_nodes = irradiance(&self.mesh, importance, links, far, channel, own.nodes().len());
                 weight * off_by_rule(own, &own.excess(&at_nodes))
             };
-            let is_off = weight.iter().enumerate().map(off).fold(0.0, largest) > allowed;
+            let is_off = weight.iter().enumerate().map(weighted_error).fold(0.0, largest) > allowed;
             let basis = (is_off && !far.is_empty()).then(|| Basis::new(own.shape(), FINER_DEGREE));
             let gatherer = basis.as_ref().map_or(Gatherer::Element(lamp), |basis| Gatherer::Finer(lamp, basis));
             let (mut links, mut far) = match basis {
@@ -234,12 +234,14 @@ impl Solution {
     /// themselves.
     fn importance_below(&self, sent: &Field) -> Result<HashMap<usize, Vec<Gathered>>, Error> {
         let power = |element: usize, channel: usize| {
-            let (held, of) = (self.field.of(element, channel, self.mesh.basis(element).len())[0], &self.mesh.elements()[element]);
+            let (held, of) =
+                (self.field.coefficients(element, channel, self.mesh.basis(element).len())[0], &self.mesh.elements()[element]);
             of.area() * (held + self.lamp_on(of.face(), channel)).abs()
         };
-        let all: Vec<f64> =
+        let totals: Vec<f64> =
             (0..self.channels.len()).map(|channel| self.mesh.leaves().map(|leaf| power(leaf, channel)).sum()).collect();
-        let holds_much = |element: usize| all.iter().enumerate().any(|(channel, all)| power(element, channel) > MUCH * all);
+        let holds_much =
+            |element: usize| totals.iter().enumerate().any(|(channel, totals)| power(element, channel) > MUCH * totals);
         let has_own = |&element: &usize| {
             let receiver = self.receiver_of(element);
             let below = self.mesh.elements()[element].children();
@@ -250,11 +252,11 @@ impl Solution {
                 && below.is_none_or(|first| !(first..first + 4).all(holds_much))
         };
         let elements: Vec<usize> = (0..self.mesh.elements().len()).filter(has_own).collect();
-        let of = |element: usize| {
+        let importance_on = |element: usize| {
             let (receiver, basis) = (self.receiver_of(element), self.mesh.basis(element));
-            let (above, of) = (basis.above().unwrap_or(basis), &self.mesh.elements()[element]);
-            let at = |place: [f64; 2]| self.gathered_at(sent, receiver, of.point(place));
-            let (centre, reference) = (of.shape().centre(), self.reference());
+            let (above, own_element) = (basis.above().unwrap_or(basis), &self.mesh.elements()[element]);
+            let gathered_at = |place: [f64; 2]| self.gathered_at(sent, receiver, own_element.point(place));
+            let (centre, reference) = (own_element.shape().centre(), self.reference());
             let moved = |(channel, here): (usize, f64)| {
                 let (links, far, nodes) = (&self.links[receiver], &self.far[receiver], basis.nodes().len());
                 let z = above.project(&irradiance(&self.mesh, sent, links, far, channel, nodes));
@@ -264,21 +266,21 @@ impl Solution {
                 z.truncate(basis.len());
                 (z, STILL_OFF * differs.abs())
             };
-            let moved: Vec<Gathered> = at(centre)?.into_iter().enumerate().map(moved).collect();
-            let off = |(channel, (_, off)): (usize, &Gathered)| {
-                ratio(power(element, channel) * off, reference[channel] * self.mesh.area())
+            let moved: Vec<Gathered> = gathered_at(centre)?.into_iter().enumerate().map(moved).collect();
+            let relative_error = |(channel, (_, error)): (usize, &Gathered)| {
+                ratio(power(element, channel) * error, reference[channel] * self.mesh.area())
             };
-            if moved.iter().enumerate().map(off).fold(0.0, largest) <= NOTICED * self.allowed {
+            if moved.iter().enumerate().map(relative_error).fold(0.0, largest) <= NOTICED * self.allowed {
                 return Ok((element, moved));
             }
-            let at_nodes = basis.nodes().iter().map(|node| at(node.at)).collect::<Result<Vec<_>, Error>>()?;
+            let at_nodes = basis.nodes().iter().map(|node| gathered_at(node.at)).collect::<Result<Vec<_>, Error>>()?;
             let of_channel = |channel: usize| {
                 let at_nodes: Vec<f64> = at_nodes.iter().map(|of| of[channel]).collect();
                 (basis.project(&at_nodes), off_by_rule(basis, &basis.excess(&at_nodes)))
             };
             Ok((element, (0..self.channels.len()).map(of_channel).collect()))
         };
-        Ok(for_each(&elements, of)?.into_iter().collect())
+        Ok(for_each(&elements, importance_on)?.into_iter().collect())
     }
 
     /// The error of the mean radiosity over all area, in each channel: what is found of it with its sign, and an estimate of what is left once that
@@ -297,8 +299,8 @@ impl Solution {
         let rough = parts.clone();
         for _ in 0..MOST_REFINEMENTS {
             let is_rough = |(part, mean): (&Part, &f64)| {
-                let rest = square(part.swapped + part.detail) + part.off + square(part.unseen);
-                TYPICAL * part.neglected > LITTLE * rest.sqrt() && part.neglected > ROUNDED * mean * area
+                let others = square(part.swapped + part.detail) + part.squared_error + square(part.unseen);
+                TYPICAL * part.neglected > LITTLE * others.sqrt() && part.neglected > ROUNDED * mean * area
             };
             if !parts.iter().zip(&self.mean).any(is_rough) || !self.refine_importance(&mut importance)? {
                 break;
@@ -309,13 +311,13 @@ impl Solution {
             // In all it is no more than what gathers are off by.
             let no_more = |found: f64| largest(smallest(found, most.total()), -most.total());
             let [found, found_roughly] = [part, rough].map(|part| no_more((part.swapped + part.detail) / area));
-            let off = no_more(part.off_by().hypot(part.unseen) / area);
-            let left = STILL_OFF_BY * largest(found.abs(), found_roughly.abs());
-            let total = smallest(left.hypot(off), most.total());
+            let error = no_more(part.off_by().hypot(part.unseen) / area);
+            let remaining = STILL_OFF_BY * largest(found.abs(), found_roughly.abs());
+            let total = smallest(remaining.hypot(error), most.total());
             let (discretisation, computation) = (part.detail.abs() + part.unseen, part.swapped.abs() + part.off_by());
             let parts = Ledger { discretisation, computation, ..Ledger::default() };
             let estimate = parts * ratio(total, parts.total());
-            MeanError { estimate, found, off }
+            MeanError { estimate, correction: found, error }
         };
         Ok(Some(parts.iter().zip(&rough).zip(&self.error_estimate.mean).map(of_channel).collect()))
     }
@@ -323,24 +325,25 @@ impl Solution {
     /// What layers on a receiver add to the integrals, in each channel.
     fn layers_on(&self, receiver: usize, importance: &Field) -> Result<Vec<Part>, Error> {
         let links = &self.links[receiver];
-        let Some(layers) = Layers::of(&self.optics(), receiver, links)? else {
+        let Some(layers) = Layers::near_receiver(&self.optics(), receiver, links)? else {
             return Ok(vec![Part::default(); self.channels.len()]);
         };
         let (element, basis) = (&self.mesh.elements()[receiver], self.mesh.basis(receiver));
         let (area, rho, nodes) = (element.area(), &self.surfaces.reflectance[element.face()], basis.nodes().len());
         let of_channel = |(channel, rho): (usize, &f64)| {
-            let beyond = |field: &Field| {
+            let truncation = |field: &Field| {
                 let at_nodes = irradiance(&self.mesh, field, links, &self.far[receiver], channel, nodes);
-                let layer = layers.beyond(&at_nodes, basis, |source| field.of(source, channel, self.mesh.basis(source).len()));
+                let layer = layers
+                    .truncation(&at_nodes, basis, |source| field.coefficients(source, channel, self.mesh.basis(source).len()));
                 (basis.next(&at_nodes), layer)
             };
-            let ((light, of_light), (z, of_z)) = (beyond(&self.field), beyond(importance));
-            let mut held = self.field.of(receiver, channel, basis.len()).to_vec();
+            let ((light, of_light), (z, of_z)) = (truncation(&self.field), truncation(importance));
+            let mut held = self.field.coefficients(receiver, channel, basis.len()).to_vec();
             held[0] += self.lamp_on(element.face(), channel);
             let swapped = area * layers.times(&held, &of_z);
             let product = layers.times(&light, &of_z) + layers.times(&z, &of_light) + layers.product(&of_light, &of_z);
             let detail = area * rho * product;
-            Part { swapped, detail, off: square(STILL_OFF * (swapped + detail)), ..Part::default() }
+            Part { swapped, detail, squared_error: square(STILL_OFF * (swapped + detail)), ..Part::default() }
         };
         Ok(rho.iter().enumerate().map(of_channel).collect())
     }
@@ -348,9 +351,9 @@ impl Solution {
     /// The sum over all receivers, in each channel; below each there are leaves, and each has layers.
     fn parts(&self, importance: &Importance, (below, layers): (&[Vec<usize>], &[Vec<Part>])) -> Vec<Part> {
         let of_channel = |channel: usize| {
-            let of = |&receiver: &usize| self.part_of(receiver, channel, importance, &below[receiver]);
-            let parts: Vec<Part> = self.receivers.par_iter().map(of).collect();
-            parts.into_iter().chain(layers.iter().map(|of| of[channel])).fold(Part::default(), Part::and)
+            let part_on = |&receiver: &usize| self.part_of(receiver, channel, importance, &below[receiver]);
+            let parts: Vec<Part> = self.receivers.par_iter().map(part_on).collect();
+            parts.into_iter().chain(layers.iter().map(|part_on| part_on[channel])).fold(Part::default(), Part::and)
         };
         (0..self.channels.len()).map(of_channel).collect()
     }
@@ -363,23 +366,24 @@ impl Solution {
         // The light of a receiver, over that which errors are relative to.
         let light = |receiver: usize| -> Vec<f64> {
             let (element, len) = (&self.mesh.elements()[receiver], self.mesh.basis(receiver).len());
-            let of = |(channel, reference): (usize, &f64)| {
-                let held = self.field.of(receiver, channel, len)[0] + self.lamp_on(element.face(), channel);
+            let relative_light = |(channel, reference): (usize, &f64)| {
+                let held = self.field.coefficients(receiver, channel, len)[0] + self.lamp_on(element.face(), channel);
                 ratio(held.abs(), *reference)
             };
-            reference.iter().enumerate().map(of).collect()
+            reference.iter().enumerate().map(relative_light).collect()
         };
         let neglected = |receiver: usize| {
             let basis = self.mesh.basis(receiver);
-            let of = |(channel, light): (usize, f64)| {
+            let weighted_neglect = |(channel, light): (usize, f64)| {
                 light * own(receiver).iter().map(|link| self.neglected_by(link, field, basis, channel)).sum::<f64>()
             };
-            Ok(light(receiver).into_iter().enumerate().map(of).fold(0.0, largest))
+            Ok(light(receiver).into_iter().enumerate().map(weighted_neglect).fold(0.0, largest))
         };
         let receivers: Vec<usize> = self.receivers.iter().copied().filter(|&receiver| self.far[receiver].is_empty()).collect();
         let neglected: Vec<(usize, f64)> = receivers.iter().copied().zip(for_each(&receivers, neglected)?).collect();
         let area = |receiver: usize| self.mesh.elements()[receiver].area();
-        let allowed = FINER * neglected.iter().map(|&(receiver, of)| area(receiver) * of).sum::<f64>() / self.mesh.area();
+        let allowed =
+            FINER * neglected.iter().map(|&(receiver, neglected)| area(receiver) * neglected).sum::<f64>() / self.mesh.area();
         let rough: Vec<usize> = neglected.into_iter().filter(|&(_, of)| of > allowed).map(|(receiver, _)| receiver).collect();
         let refined = |receiver: usize| {
             let need = Need { field, weight: &light(receiver), allowed, without_order: WITHOUT_ORDER, clock: self.clock };
@@ -403,43 +407,43 @@ impl Solution {
         let (len, nodes, rho) = (basis.len(), basis.nodes().len(), self.surfaces.reflectance[element.face()][channel]);
         let (area, above) = (element.area(), basis.above().unwrap_or(basis));
         let of_importance = gathers.and_then(|of| of.basis.as_ref());
-        let at = of_importance.unwrap_or(basis);
-        let at_nodes = irradiance(&self.mesh, importance, by.0, by.1, channel, at.nodes().len());
-        let (mut z, excess) = (of_importance.unwrap_or(above).project(&at_nodes), at.excess(&at_nodes));
+        let nodes_basis = of_importance.unwrap_or(basis);
+        let at_nodes = irradiance(&self.mesh, importance, by.0, by.1, channel, nodes_basis.nodes().len());
+        let (mut z, excess) = (of_importance.unwrap_or(above).project(&at_nodes), nodes_basis.excess(&at_nodes));
         z.truncate(above.len());
         let lamp = self.lamp_on(element.face(), channel);
-        let held = self.field.of(receiver, channel, len);
+        let held = self.field.coefficients(receiver, channel, len);
         let phi: Vec<f64> = match self.surfaces.pattern(receiver, channel) {
             _ if rho == 0.0 => vec![0.0; len],
-            None => importance.of(receiver, channel, len).iter().map(|b| b / rho).collect(),
+            None => importance.coefficients(receiver, channel, len).iter().map(|b| b / rho).collect(),
             Some(_) => z[..len].iter().enumerate().map(|(i, z)| if i == 0 { 1.0 + z } else { *z }).collect(),
         };
         let emitted = self.emitted_on(receiver, channel);
         let defect: f64 = phi.iter().zip(emitted).zip(held).map(|((phi, e), t)| phi * (e - t)).sum();
         // What the swapped gather is off by.
         let power = (held[0] + lamp).abs() * area;
-        let off = square(power * self.off_by_links(importance, at, channel, by, true));
-        let of_links: f64 = by.0.iter().map(|link| power * self.neglected_by(link, importance, at, channel)).sum();
-        let mut part = Part { swapped: area * defect, off, neglected: of_links, ..Part::default() };
+        let links_error = square(power * self.off_by_links(importance, nodes_basis, channel, by, true));
+        let of_links: f64 = by.0.iter().map(|link| power * self.neglected_by(link, importance, nodes_basis, channel)).sum();
+        let mut part = Part { swapped: area * defect, squared_error: links_error, neglected: of_links, ..Part::default() };
         let (mut by_polynomial, mut off_below) = (0.0, BTreeMap::new());
         if rho > 0.0 {
-            let all = &self.error_estimate.residuals;
-            part.unseen += area * phi[0] * (all[0][receiver][channel].unseen + all[1][receiver][channel].unseen);
+            let residuals = &self.error_estimate.residuals;
+            part.unseen += area * phi[0] * (residuals[0][receiver][channel].unseen + residuals[1][receiver][channel].unseen);
             // Where light is even rays and clusters are off alike in both gathers.
-            part.off += square(area * rho * phi[0] * self.off_by_links(&self.field, basis, channel, own, false));
+            part.squared_error += square(area * rho * phi[0] * self.off_by_links(&self.field, basis, channel, own, false));
             let samples: Vec<f64> =
                 irradiance(&self.mesh, &self.field, own.0, own.1, channel, nodes).iter().map(|h| rho * h).collect();
             self.add_details(&mut part, receiver, (&samples, &z), own.1.is_empty().then_some(&excess));
         }
         for &leaf in leaves {
-            let (area, mut light) = (self.mesh.elements()[leaf].area(), self.field.of(leaf, channel, len).to_vec());
+            let (area, mut light) = (self.mesh.elements()[leaf].area(), self.field.coefficients(leaf, channel, len).to_vec());
             light[0] += lamp;
             let power = area * light[0];
             let z = self.restricted(receiver, leaf, above, &z);
             if let Some((element, own)) = self.nearest_below(receiver, leaf, below) {
-                let (own, off) = &own[channel];
+                let (own, links_error) = &own[channel];
                 part.swapped += area * (dot(&light, &self.restricted(element, leaf, basis, own)) - dot(&light, &z));
-                *off_below.entry(element).or_insert(0.0) += power * off;
+                *off_below.entry(element).or_insert(0.0) += power * links_error;
             } else {
                 by_polynomial += power;
             }
@@ -448,8 +452,8 @@ impl Solution {
                 self.add_details(&mut part, leaf, (&self.direct_samples(leaf, channel), &z), by.1.is_empty().then_some(&excess));
             }
         }
-        part.off += square(by_polynomial * off_by_rule(at, &excess));
-        part.off += off_below.into_values().map(square).sum::<f64>();
+        part.squared_error += square(by_polynomial * off_by_rule(nodes_basis, &excess));
+        part.squared_error += off_below.into_values().map(square).sum::<f64>();
         part
     }
 
@@ -471,21 +475,21 @@ impl Solution {
         match sure {
             Some(of_importance) => {
                 part.detail += detail;
-                part.off += square(TYPICAL * area * basis.excess(samples).spread * of_importance.spread);
+                part.squared_error += square(TYPICAL * area * basis.excess(samples).spread * of_importance.spread);
             }
-            None => part.off += square(detail),
+            None => part.squared_error += square(detail),
         }
     }
 
     /// A polynomial on a receiver, on a leaf below it.
     fn restricted(&self, receiver: usize, leaf: usize, basis: &Basis, coefficients: &[f64]) -> Vec<f64> {
         let mut path = Vec::new();
-        let mut at = leaf;
-        while at != receiver
-            && let Some(parent) = self.mesh.elements()[at].parent()
+        let mut descendant = leaf;
+        while descendant != receiver
+            && let Some(parent) = self.mesh.elements()[descendant].parent()
         {
-            path.push(at);
-            at = parent;
+            path.push(descendant);
+            descendant = parent;
         }
         path.into_iter().rev().fold(coefficients.to_vec(), |held, element| basis.restrict(self.mesh.child(element), &held))
     }
@@ -494,9 +498,9 @@ impl Solution {
     /// its nodes, as if without order.
     fn off_by_links(&self, light: &Field, basis: &Basis, channel: usize, (links, far): (&[Link], &Far), evaluated: bool) -> f64 {
         let of_link = |link: &Link| {
-            let coefficients = light.of(link.source, channel, self.mesh.basis(link.source).len());
-            let of = |row: &Row| if evaluated || row.likely.is_some() { row.likely_error_of(coefficients) } else { 0.0 };
-            over_nodes(basis, link, of)
+            let coefficients = light.coefficients(link.source, channel, self.mesh.basis(link.source).len());
+            let row_error = |row: &Row| if evaluated || row.likely.is_some() { row.likely_error_of(coefficients) } else { 0.0 };
+            over_nodes(basis, link, row_error)
         };
         let of_links: f64 = links.iter().map(of_link).map(square).sum();
         let of_far = if far.is_empty() { 0.0 } else { far.likely_mean(light, channel, basis) };
@@ -532,12 +536,12 @@ mod tests {
         let solved = |error: f64| solve(&scene, &Options { error, ..Options::default() }, |_| true).unwrap();
         let [rough, fine] = [0.2, 0.0005].map(solved);
         // One channel may be right by chance: over all of them.
-        let (mut off, mut estimated) = (0.0_f64, 0.0_f64);
+        let (mut error_size, mut estimated) = (0.0_f64, 0.0_f64);
         for (channel, estimate) in rough.mean_estimate().iter().enumerate() {
             let error = rough.mean()[channel] - fine.mean()[channel];
             println!("channel {channel}: {error:.2e} off, estimate over error {:.2}", estimate.total() / error.abs());
-            (off, estimated) = (off.hypot(error), estimated.hypot(estimate.total()));
+            (error_size, estimated) = (error_size.hypot(error), estimated.hypot(estimate.total()));
         }
-        assert!((0.7..5.0).contains(&(estimated / off)), "{off:e} off, estimated {estimated:e}");
+        assert!((0.7..5.0).contains(&(estimated / error_size)), "{error_size:e} off, estimated {estimated:e}");
     }
 }

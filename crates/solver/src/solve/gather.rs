@@ -84,13 +84,13 @@ struct Gather {
 /// All that a point gathers but for clusters.
 struct Gathers {
     lit: Option<Lit>,
-    all: Vec<Gather>,
+    from_links: Vec<Gather>,
 }
 
 /// The irradiance of a point in each channel, what evaluations and links leave of it, and what it is made of.
 pub(super) struct Sum {
     pub(super) sums: Vec<f64>,
-    off: Vec<Ledger>,
+    errors: Vec<Ledger>,
     pub(super) rows: Vec<(usize, Row)>,
     /// Sights of the sources of rows.
     sights: Vec<Sight>,
@@ -165,7 +165,7 @@ impl Solution {
     /// If the position is not finite, the normal is no direction, or an irradiance cannot be represented.
     pub fn irradiance_at(&self, position: DVec3, normal: DVec3) -> Result<Irradiance, Error> {
         let station = self.station_in_space(position, normal)?;
-        self.irradiance_in_space(&station).map_err(|error| error.at(position))
+        self.irradiance_in_space(&station).map_err(|error| error.at_position(position))
     }
 
     /// A point anywhere, in the coordinates of [`Self::placement`].
@@ -194,7 +194,7 @@ impl Solution {
             true => None,
             false => {
                 let sights = self.lamps.sights_from(&self.mesh, station)?;
-                Some(self.lamps.at(&optics, &self.surfaces, station, &sights)?)
+                Some(self.lamps.irradiance(&optics, &self.surfaces, station, &sights)?)
             }
         };
         let weight = self.whole_weight();
@@ -212,7 +212,7 @@ impl Solution {
             let (source, sight) = (link.source, link.sight);
             link.rows.into_iter().map(move |row| Gather { source, row, sight: sight.clone() })
         });
-        Ok(self.sum(station, Gathers { lit, all: gathers.collect() }, &far))
+        Ok(self.sum(station, Gathers { lit, from_links: gathers.collect() }, &far))
     }
 
     /// Radiosity at a point of a leaf, in the coordinates of [`Self::placement`].
@@ -231,7 +231,7 @@ impl Solution {
             irradiance.correct(&lacking.irradiance);
         }
         irradiance = irradiance.not_below_zero();
-        let [rho, emitted] = self.surfaces.at(face, point);
+        let [rho, emitted] = self.surfaces.reflectance_and_emission(face, point);
         let estimate = |c: usize| {
             let rounding = 4.0 * f64::EPSILON * (rho[c] * irradiance.irradiance[c].abs() + emitted[c]);
             irradiance.estimate[c] * rho[c] + Ledger { computation: rounding, ..Ledger::default() }
@@ -253,7 +253,7 @@ impl Solution {
     pub fn radiosity_on(&self, leaf: usize, point: DVec3) -> Result<Vec<f64>, Error> {
         let (station, gathers) = self.gathers_on(leaf, point)?;
         let sums = self.sum(&station, gathers, &self.far[self.receiver_of(leaf)]).sums;
-        let [rho, emitted] = self.surfaces.at(self.mesh.elements()[leaf].face(), point);
+        let [rho, emitted] = self.surfaces.reflectance_and_emission(self.mesh.elements()[leaf].face(), point);
         Ok(sums.iter().zip(&rho).zip(emitted).map(|((sum, rho), emitted)| emitted + rho * sum).collect())
     }
 
@@ -285,7 +285,8 @@ impl Solution {
     /// What a point of a leaf gathers, over the links that there are.
     fn gathers_on(&self, leaf: usize, point: DVec3) -> Result<(Station, Gathers), Error> {
         let station = Station::on(&self.mesh.elements()[leaf], point);
-        let lit = self.direct.get(leaf).map(|direct| self.lamps.at(&self.optics(), &self.surfaces, &station, direct.sights()));
+        let lit =
+            self.direct.get(leaf).map(|direct| self.lamps.irradiance(&self.optics(), &self.surfaces, &station, direct.sights()));
         let weight = self.whole_weight();
         let gather = |link: &Link| {
             let count = self.mesh.basis(link.source).len();
@@ -293,32 +294,32 @@ impl Solution {
             let row = optics.receive(&station, link.source, &link.sight, count)?;
             Ok(Gather { source: link.source, row, sight: link.sight.clone() })
         };
-        let all = self.links[self.receiver_of(leaf)].iter().map(gather).collect::<Result<Vec<Gather>, Error>>()?;
-        Ok((station, Gathers { lit: lit.transpose()?, all }))
+        let from_links = self.links[self.receiver_of(leaf)].iter().map(gather).collect::<Result<Vec<Gather>, Error>>()?;
+        Ok((station, Gathers { lit: lit.transpose()?, from_links }))
     }
 
     /// The sum of what a point gathers, and what evaluations and links leave of it.
-    fn sum(&self, station: &Station, Gathers { lit, all }: Gathers, far: &Far) -> Sum {
+    fn sum(&self, station: &Station, Gathers { lit, from_links }: Gathers, far: &Far) -> Sum {
         let channels = self.channels.len();
-        let (mut sums, mut off) = (vec![0.0; channels], vec![Ledger::default(); channels]);
+        let (mut sums, mut errors) = (vec![0.0; channels], vec![Ledger::default(); channels]);
         // Of one sign as often as of the other: they add up by squares.
         let square = |x: f64| x * x;
         if let Some(lit) = lit {
             for (sum, light) in sums.iter_mut().zip(&lit.irradiance) {
                 *sum += light;
             }
-            for (sum, &[clear, past]) in off.iter_mut().zip(&lit.likely) {
+            for (sum, &[clear, past]) in errors.iter_mut().zip(&lit.likely) {
                 *sum += Ledger { computation: square(clear), visibility: square(past), ..Ledger::default() };
             }
         }
-        let (mut rows, mut sights) = (Vec::with_capacity(all.len()), Vec::with_capacity(all.len()));
-        for Gather { source, row, sight } in all {
+        let (mut rows, mut sights) = (Vec::with_capacity(from_links.len()), Vec::with_capacity(from_links.len()));
+        for Gather { source, row, sight } in from_links {
             let is_past = matches!(sight, Sight::Past(_));
             let count = self.mesh.basis(source).len();
             for channel in 0..channels {
-                let coefficients = self.field.of(source, channel, count);
+                let coefficients = self.field.coefficients(source, channel, count);
                 sums[channel] += coefficients.iter().zip(&row.values).map(|(c, v)| c * v).sum::<f64>();
-                let (size, sum) = (square(row.likely_error_of(coefficients)), &mut off[channel]);
+                let (size, sum) = (square(row.likely_error_of(coefficients)), &mut errors[channel]);
                 if is_past { sum.visibility += size } else { sum.computation += size }
             }
             rows.push((source, row));
@@ -327,39 +328,48 @@ impl Solution {
         let far = far.of_point(&self.optics(), station, &rows);
         for channel in 0..channels {
             sums[channel] += far.value(&self.field, channel, 0);
-            off[channel].computation += square(far.likely(&self.field, channel, 0));
-            off[channel] = off[channel].map(f64::sqrt);
+            errors[channel].computation += square(far.likely(&self.field, channel, 0));
+            errors[channel] = errors[channel].map(f64::sqrt);
         }
-        Sum { sums, off, rows, sights, far }
+        Sum { sums, errors, rows, sights, far }
     }
 
     /// The irradiance of a point of a leaf with the part of its error whose sign is known.
     pub(super) fn corrected_on(&self, leaf: usize, point: DVec3) -> Result<Vec<f64>, Error> {
         let (station, gathers) = self.gathers_on(leaf, point)?;
         let Sum { sums, rows, sights, far, .. } = self.sum(&station, gathers, &self.far[self.receiver_of(leaf)]);
-        let known = self.error_at(&station, terms(&rows, &sights), &far, None).map(|of| of.known);
-        Ok(sums.iter().zip(known.unwrap_or_else(|| vec![0.0; sums.len()])).map(|(sum, known)| sum + known).collect())
+        let known_error = self.error_at(&station, terms(&rows, &sights), &far, None).map(|error| error.known);
+        Ok(sums
+            .iter()
+            .zip(known_error.unwrap_or_else(|| vec![0.0; sums.len()]))
+            .map(|(sum, known_error)| sum + known_error)
+            .collect())
     }
 
     /// The sum with its estimate; what touches the point of a face that it is `beside` is no part of this.
-    fn estimated_sum(&self, station: &Station, Sum { sums, off, rows, sights, far }: &Sum, beside: Option<usize>) -> Irradiance {
+    fn estimated_sum(
+        &self,
+        station: &Station,
+        Sum { sums, errors, rows, sights, far }: &Sum,
+        beside: Option<usize>,
+    ) -> Irradiance {
         let channels = self.channels.len();
         // Where no error is known with its sign, what its magnitude may be is an estimate, too.
         let without_sign = || {
-            let mut beyond =
-                self.points().at(self.estimating(), &self.error_estimate, station, (rows, far), &vec![1.0; channels]);
-            for (channel, sum) in beyond.iter_mut().enumerate() {
+            let mut truncation =
+                self.points().estimate(self.estimating(), &self.error_estimate, station, (rows, far), &vec![1.0; channels]);
+            for (channel, sum) in truncation.iter_mut().enumerate() {
                 let neglected = |(source, row): &(usize, Row)| self.field.neglected(&self.mesh, *source, channel, row);
                 sum.computation += rows.iter().map(neglected).sum::<f64>();
             }
-            beyond
+            truncation
         };
         let without_sign = || KnownError { known: vec![0.0; channels], left: without_sign() };
         let KnownError { known, left: estimated } =
             self.error_at(station, terms(rows, sights), far, beside).unwrap_or_else(without_sign);
         let rounding = |c: usize| 2.0 * f64::EPSILON * (rows.len() + 2) as f64 * (sums[c].abs() + known[c].abs());
-        let of = |c: usize| estimated[c] + off[c] + Ledger { computation: rounding(c), ..Ledger::default() };
-        let estimate = (0..channels).map(of).collect();
+        let total_estimate = |c: usize| estimated[c] + errors[c] + Ledger { computation: rounding(c), ..Ledger::default() };
+        let estimate = (0..channels).map(total_estimate).collect();
         let irradiance = sums.iter().zip(&known).map(|(sum, known)| sum + known).collect();
         Irradiance { irradiance, estimate }.not_below_zero()
     }
@@ -379,9 +389,9 @@ impl Irradiance {
 
     /// Adds a correction in each channel, given with an estimate of its error.
     fn correct(&mut self, lacking: &[[f64; 2]]) {
-        for (channel, &[lacking, off]) in lacking.iter().enumerate() {
+        for (channel, &[lacking, error]) in lacking.iter().enumerate() {
             self.irradiance[channel] += lacking;
-            self.estimate[channel].discretisation += off;
+            self.estimate[channel].discretisation += error;
         }
     }
 }

@@ -86,33 +86,33 @@ struct Parts {
     /// Whether what is known of the detail is in the gradient.
     adds_details: bool,
     /// Leaves near the point, of which more may be known.
-    near: Vec<Left>,
+    near: Vec<LeafError>,
     /// That of the polynomials on sources, and of what is known of their error.
     gradient: Vec<DVec3>,
     /// That of the detail.
     detail: Vec<DVec3>,
     /// The square of the gradient's error from degrees beyond the detail.
-    beyond: Vec<f64>,
+    truncation: Vec<f64>,
     neglected: Vec<f64>,
 }
 
 /// What a leaf may be off by: in each channel, the gradient of the detail, and the square of what is beyond.
-struct Left {
+struct LeafError {
     leaf: usize,
     sight: Sight,
     detail: Vec<DVec3>,
-    beyond: Vec<f64>,
+    truncation: Vec<f64>,
 }
 
 impl Parts {
     /// Adds to the estimate what a leaf may be off by.
-    fn leave(&mut self, left: Left) {
-        self.detail.iter_mut().zip(left.detail).for_each(|(sum, of)| *sum += of);
-        self.beyond.iter_mut().zip(left.beyond).for_each(|(sum, of)| *sum += of);
+    fn leave(&mut self, leaf_error: LeafError) {
+        self.detail.iter_mut().zip(leaf_error.detail).for_each(|(sum, of)| *sum += of);
+        self.truncation.iter_mut().zip(leaf_error.truncation).for_each(|(sum, of)| *sum += of);
     }
 
     fn joined(self) -> Gradient {
-        let size = |c: usize| self.detail[c].length().hypot(self.beyond[c].sqrt()) + self.neglected[c];
+        let size = |c: usize| self.detail[c].length().hypot(self.truncation[c].sqrt()) + self.neglected[c];
         let estimate = (0..self.gradient.len()).map(size).collect();
         Gradient { gradient: self.gradient, estimate }
     }
@@ -151,7 +151,7 @@ impl Solution {
     pub fn gradient(&self, point: DVec3, normal: DVec3) -> Result<SurfaceGradient, Error> {
         let (leaf, foot) = self.leaf_of(point, normal)?;
         let irradiance = self.gradient_in_plane(leaf, foot)?.times(self.placement.power());
-        let [rho, _] = self.surfaces.at(self.mesh.elements()[leaf].face(), foot);
+        let [rho, _] = self.surfaces.reflectance_and_emission(self.mesh.elements()[leaf].face(), foot);
         Ok(SurfaceGradient { radiosity: irradiance.reflected(&rho), irradiance })
     }
 
@@ -167,10 +167,10 @@ impl Solution {
     /// let corners = [(-1.0, -1.0), (-1.0, 1.0), (1.0, 1.0), (1.0, -1.0)].map(|(x, y)| DVec3::new(x, y, 1.0));
     /// scene.add_face(lamp, glowing, Polygon::new(corners.to_vec())?, None)?;
     /// let solution = solve(&scene, &Options::default(), |_| true)?;
-    /// let found = solution.irradiance_gradient_at(DVec3::ZERO, DVec3::Z)?.gradient[0];
-    /// let at = |z: f64| solution.irradiance_at(DVec3::new(0.0, 0.0, z), DVec3::Z).map(|of| of.irradiance[0]);
-    /// let difference = (at(1e-4)? - at(-1e-4)?) / 2e-4;
-    /// assert!(found.x.abs() < 1e-9 && found.y.abs() < 1e-9 && (found.z - difference).abs() < 1e-6);
+    /// let gradient = solution.irradiance_gradient_at(DVec3::ZERO, DVec3::Z)?.gradient[0];
+    /// let irradiance = |z: f64| solution.irradiance_at(DVec3::new(0.0, 0.0, z), DVec3::Z).map(|gather| gather.irradiance[0]);
+    /// let difference = (irradiance(1e-4)? - irradiance(-1e-4)?) / 2e-4;
+    /// assert!(gradient.x.abs() < 1e-9 && gradient.y.abs() < 1e-9 && (gradient.z - difference).abs() < 1e-6);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     ///
@@ -182,7 +182,7 @@ impl Solution {
         if self.has_shadows() && !self.mesh.is_near_a_face(station.point, aside / ASIDE_AT_EDGE) {
             station.point += aside * ODD.normalize();
         }
-        let parts = self.gradient_of_station(&station, None, &[]).map_err(|error| error.at(position))?;
+        let parts = self.gradient_of_station(&station, None, &[]).map_err(|error| error.at_position(position))?;
         Ok(parts.joined().times(self.placement.power()))
     }
 
@@ -200,14 +200,14 @@ impl Solution {
         let normal = element.polygon().normal();
         let within = |of: &mut DVec3| *of = of.reject_from_normalized(normal);
         parts.gradient.iter_mut().chain(&mut parts.detail).for_each(within);
-        let mut found = parts.joined();
+        let mut joined = parts.joined();
         if let Some(Lacking { away, slope, .. }) = near_edges.into_iter().find(|edge| edge.is_beside) {
-            for (channel, [slope, off]) in slope.into_iter().enumerate() {
-                found.gradient[channel] += away * slope;
-                found.estimate[channel] += off;
+            for (channel, [slope, error]) in slope.into_iter().enumerate() {
+                joined.gradient[channel] += away * slope;
+                joined.estimate[channel] += error;
             }
         }
-        Ok(found)
+        Ok(joined)
     }
 
     /// Gradient of the irradiance of a point, which may be one of a leaf, near edges of its face or not.
@@ -223,8 +223,8 @@ impl Solution {
         };
         let gatherer = Gatherer::Point(station);
         let receiver = leaf.map(|leaf| self.receiver_of(leaf));
-        let known = receiver.map(|receiver| (&self.links[receiver][..], &self.far[receiver]));
-        let (mut links, mut far) = optics.first_links(gatherer, known, &need)?;
+        let linked = receiver.map(|receiver| (&self.links[receiver][..], &self.far[receiver]));
+        let (mut links, mut far) = optics.first_links(gatherer, linked, &need)?;
         optics.refine(gatherer, (&mut links, &mut far), &need)?;
         let lamps = match leaf.and_then(|leaf| self.direct.get(leaf)) {
             Some(direct) => direct.sights().to_vec(),
@@ -235,7 +235,7 @@ impl Solution {
             near: Vec::new(),
             gradient: vec![DVec3::ZERO; channels],
             detail: vec![DVec3::ZERO; channels],
-            beyond: vec![0.0; channels],
+            truncation: vec![0.0; channels],
             neglected: vec![0.0; channels],
         };
         for (root, sight) in self.lamps.roots().iter().zip(&lamps) {
@@ -272,7 +272,7 @@ impl Solution {
             }
             let steep = STEEPNESS / (element.centre() - station.point).length();
             // The link has a row for the whole alone.
-            let kernel = (source != link.source).then(|| Kernel::of(station, element));
+            let kernel = (source != link.source).then(|| Kernel::bound(station, element));
             let factor = kernel.as_ref().map_or(row.factor(), |kernel| smallest(kernel.peak, row.factor()));
             for (channel, sum) in parts.neglected.iter_mut().enumerate() {
                 let neglected = match &kernel {
@@ -297,9 +297,12 @@ impl Solution {
         let (basis, element) = (self.mesh.basis(source), &self.mesh.elements()[source]);
         let sight = self.sight_from(station, source, sight)?;
         let with_error = |channel: usize| -> Vec<f64> {
-            let held = self.field.of(source, channel, basis.len());
-            let known = self.known_error().map(|error| error.of(source, channel, basis.len()));
-            known.map_or_else(|| held.to_vec(), |known| held.iter().zip(known).map(|(held, known)| held + known).collect())
+            let held = self.field.coefficients(source, channel, basis.len());
+            let field_error = self.known_error().map(|error| error.coefficients(source, channel, basis.len()));
+            field_error.map_or_else(
+                || held.to_vec(),
+                |field_error| held.iter().zip(field_error).map(|(held, field_error)| held + field_error).collect(),
+            )
         };
         let coefficients: Vec<Vec<f64>> = (0..parts.gradient.len()).map(with_error).collect();
         let coefficients: Vec<&[f64]> = coefficients.iter().map(|of| &of[..]).collect();
@@ -317,43 +320,45 @@ impl Solution {
         // far as the samples allow one.
         let falls: f64 = std::iter::repeat_n(near, above.degree() + 1).product();
         let part = largest(falls, 1.0 / (above.degree() + 1) as f64);
-        let beyond = |of: &Detail| {
-            let size = steep * (part * of.beyond).hypot(of.neglected);
+        let truncation = |of: &Detail| {
+            let size = steep * (part * of.truncation).hypot(of.neglected);
             size * size
         };
-        let left = Left { leaf: source, sight, detail: gradients, beyond: details.iter().map(beyond).collect() };
+        let leaf_error =
+            LeafError { leaf: source, sight, detail: gradients, truncation: details.iter().map(truncation).collect() };
         if parts.adds_details && near > NEAR {
-            parts.near.push(left);
+            parts.near.push(leaf_error);
         } else {
-            parts.leave(left);
+            parts.leave(leaf_error);
         }
         Ok(())
     }
 
     /// Samples what leaves near a station are off by, but for those that together leave little.
     fn sample_near(&self, station: &Station, near_edges: &[Lacking], parts: &mut Parts) -> Result<(), Error> {
-        let seen = |v: DVec3| station.face.map_or(v, |_| v.reject_from_normalized(station.normal));
-        let whole: Vec<f64> = parts.gradient.iter().map(|of| seen(*of).length_squared()).collect();
-        let size = |left: Left| {
-            let of = |c: usize| ratio(seen(left.detail[c]).length_squared() + left.beyond[c], whole[c]);
-            ((0..whole.len()).map(of).fold(0.0, largest), left)
+        let projected = |v: DVec3| station.face.map_or(v, |_| v.reject_from_normalized(station.normal));
+        let whole: Vec<f64> = parts.gradient.iter().map(|of| projected(*of).length_squared()).collect();
+        let size = |leaf_error: LeafError| {
+            let relative_square =
+                |c: usize| ratio(projected(leaf_error.detail[c]).length_squared() + leaf_error.truncation[c], whole[c]);
+            ((0..whole.len()).map(relative_square).fold(0.0, largest), leaf_error)
         };
-        let mut near: Vec<(f64, Left)> = std::mem::take(&mut parts.near).into_iter().map(size).collect();
+        let mut near: Vec<(f64, LeafError)> = std::mem::take(&mut parts.near).into_iter().map(size).collect();
         near.sort_by(|(a, _), (b, _)| a.total_cmp(b));
         let beside = near_edges.iter().find(|edge| edge.is_beside).map(|edge| edge.other.face);
         let little = LITTLE * self.asked;
-        let mut all = 0.0;
-        for (size, left) in near {
-            all += size;
-            let element = &self.mesh.elements()[left.leaf];
-            if all > little * little {
-                let sampled = self.gradient_of_samples(station, (left.leaf, &left.sight), near_edges)?;
-                for (channel, Sampled { gradient, off }) in sampled.into_iter().enumerate() {
+        let mut total = 0.0;
+        for (size, leaf_error) in near {
+            total += size;
+            let element = &self.mesh.elements()[leaf_error.leaf];
+            if total > little * little {
+                let sampled = self.gradient_of_samples(station, (leaf_error.leaf, &leaf_error.sight), near_edges)?;
+                for (channel, Sampled { gradient, squared_error }) in sampled.into_iter().enumerate() {
                     parts.gradient[channel] += gradient;
-                    parts.beyond[channel] += off;
+                    parts.truncation[channel] += squared_error;
                 }
             } else if beside != Some(element.face()) || element.nearness_to(station.point) < 1.0 {
-                parts.leave(left);
+                parts.leave(leaf_error);
             }
         }
         Ok(())
@@ -362,7 +367,7 @@ impl Solution {
     /// Distance from a point to the nearest cluster's box that is more than nothing.
     fn nearest_of(&self, station: &Station, far: &Far) -> f64 {
         let distance = |&cluster: &usize| {
-            let cluster = &self.mesh.clusters().all()[cluster];
+            let cluster = &self.mesh.clusters().clusters()[cluster];
             let (low, high) = (cluster.low - station.point, cluster.high - station.point);
             (low.max(DVec3::ZERO) + high.min(DVec3::ZERO)).length()
         };
@@ -381,7 +386,7 @@ impl Solution {
         sums.iter_mut().zip(self.direct_gradient_at(leaf, point)?).for_each(|(sum, direct)| *sum += direct);
         let receiver = self.receiver_of(leaf);
         sums.iter_mut().enumerate().for_each(|(channel, sum)| *sum += self.gradient_of_clusters(receiver, channel, point));
-        let [rho, _] = self.surfaces.at(self.mesh().elements()[leaf].face(), point);
+        let [rho, _] = self.surfaces.reflectance_and_emission(self.mesh().elements()[leaf].face(), point);
         Ok(sums.iter().zip(&rho).map(|(sum, rho)| *sum * *rho).collect())
     }
 
@@ -399,7 +404,7 @@ impl Solution {
     /// The part of the irradiance of lamps, at a point of a leaf.
     pub(crate) fn direct_gradient_at(&self, leaf: usize, point: DVec3) -> Result<Vec<DVec3>, Error> {
         let emitted = |lamp: usize| self.surfaces.emitted[self.mesh().elements()[lamp].face()].chunks_exact(1).collect();
-        let lamps = self.direct.get(leaf).into_iter().flat_map(|direct| self.lamps.seen(direct));
+        let lamps = self.direct.get(leaf).into_iter().flat_map(|direct| self.lamps.roots_with_sights(direct));
         self.gradient_of(leaf, point, lamps.map(|(lamp, sight)| (lamp, sight, emitted(lamp))))
     }
 
@@ -407,7 +412,7 @@ impl Solution {
     pub(crate) fn reflected_gradient_at(&self, receiver: usize, point: DVec3) -> Result<Vec<DVec3>, Error> {
         let coefficients = |source: usize| {
             let len = self.mesh().basis(source).len();
-            (0..self.channels().len()).map(|channel| self.field.of(source, channel, len)).collect()
+            (0..self.channels().len()).map(|channel| self.field.coefficients(source, channel, len)).collect()
         };
         let links = self.links[receiver].iter();
         self.gradient_of(receiver, point, links.map(|link| (link.source, &link.sight, coefficients(link.source))))
@@ -507,7 +512,7 @@ impl Solution {
     /// gradients there that of the dark is taken. To decide between them would take hundreds of digits.
     fn is_sliver(&self, station: &Station, source: &Element, faces: &[usize]) -> bool {
         let parts = faces.iter().flat_map(|&face| self.mesh().convex_parts(face)).map(|part| &part[..]);
-        let visible = Visible::of(station.point, station.normal, &Window::of(source), parts);
+        let visible = Visible::from_point(station.point, station.normal, &Window::on_element(source), parts);
         visible.is_some_and(|visible| visible.share(source.shape()) <= SLIVER + 2.0 * visible.doubt)
     }
 }

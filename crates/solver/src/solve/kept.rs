@@ -19,18 +19,23 @@ pub(super) struct Kept(Mutex<HashMap<(usize, [u64; 3]), Sample>>);
 
 impl Kept {
     /// Gives the sample at a place of a leaf: the one that is kept, or else the one that `found` makes, which is then kept.
-    pub(super) fn at(&self, leaf: usize, place: DVec3, found: impl FnOnce() -> Result<Sample, Error>) -> Result<Sample, Error> {
+    pub(super) fn get_or_evaluate(
+        &self,
+        leaf: usize,
+        place: DVec3,
+        evaluate: impl FnOnce() -> Result<Sample, Error>,
+    ) -> Result<Sample, Error> {
         let key = (leaf, place.to_array().map(f64::to_bits));
-        let known = self.0.lock().unwrap_or_else(PoisonError::into_inner).get(&key).cloned();
-        if let Some(known) = known {
-            return Ok(known);
+        let cached = self.0.lock().unwrap_or_else(PoisonError::into_inner).get(&key).cloned();
+        if let Some(sample) = cached {
+            return Ok(sample);
         }
-        let found = found()?;
-        let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        if kept.len() < MOST_KEPT {
-            kept.insert(key, found.clone());
+        let sample = evaluate()?;
+        let mut samples = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if samples.len() < MOST_KEPT {
+            samples.insert(key, sample.clone());
         }
-        drop(kept);
-        Ok(found)
+        drop(samples);
+        Ok(sample)
     }
 }

@@ -45,12 +45,12 @@ pub(super) struct Layers<'a> {
 /// The form factor of a source less the polynomial of its samples, at the rule's places.
 struct Layer<'a> {
     link: &'a Link,
-    beyond: Vec<f64>,
+    truncation: Vec<f64>,
 }
 
 impl<'a> Layers<'a> {
     /// Those of the sources that a receiver is linked to; `None` if none is near.
-    pub(super) fn of(optics: &Optics<'_>, receiver: usize, links: &'a [Link]) -> Result<Option<Self>, Error> {
+    pub(super) fn near_receiver(optics: &Optics<'_>, receiver: usize, links: &'a [Link]) -> Result<Option<Self>, Error> {
         let (mesh, element, basis) = (optics.mesh, &optics.mesh.elements()[receiver], optics.mesh.basis(receiver));
         let Some(above) = basis.above() else { return Ok(None) };
         let part = |link: &Link| element.distance_to(&mesh.elements()[link.source]) / element.radius();
@@ -64,11 +64,11 @@ impl<'a> Layers<'a> {
         let of_source = |(link, _): (&'a Link, f64)| {
             let samples: Vec<f64> = link.rows.iter().map(|row: &Row| row.values[0]).collect();
             let polynomial = above.project(&samples);
-            let beyond = rule.iter().zip(&functions).map(|(node, functions)| {
+            let truncation = rule.iter().zip(&functions).map(|(node, functions)| {
                 Ok(factor(element, node.at, &mesh.elements()[link.source], mesh.basis(link.source))?
                     - dot(&polynomial, functions))
             });
-            Ok(Layer { link, beyond: beyond.collect::<Result<_, Error>>()? })
+            Ok(Layer { link, truncation: truncation.collect::<Result<_, Error>>()? })
         };
         let layers = near.into_iter().map(of_source).collect::<Result<_, Error>>()?;
         Ok(Some(Self { weights: rule.into_iter().map(|node| node.weight).collect(), functions, layers }))
@@ -76,31 +76,32 @@ impl<'a> Layers<'a> {
 
     /// The sum of the layers of a light, of which the nodes gather `at_nodes`. Past the rim of a source the element is taken to see the mean
     /// brightness that nodes see beside the sources.
-    pub(super) fn beyond(&self, at_nodes: &[f64], basis: &Basis, light: impl Fn(usize) -> &'a [f64]) -> Vec<f64> {
+    pub(super) fn truncation(&self, at_nodes: &[f64], basis: &Basis, light: impl Fn(usize) -> &'a [f64]) -> Vec<f64> {
         let (mut others, mut beside) = (0.0, 0.0);
-        for ((node, all), place) in basis.nodes().iter().zip(at_nodes).zip(0..) {
-            let of = |layer: &Layer<'_>| {
+        for ((node, irradiance), place) in basis.nodes().iter().zip(at_nodes).zip(0..) {
+            let near_and_factor = |layer: &Layer<'_>| {
                 let row = &layer.link.rows[place];
                 (dot(light(layer.link.source), &row.values), row.values[0])
             };
-            let (near, factor) = self.layers.iter().map(of).fold((0.0, 0.0), |sum, of| (sum.0 + of.0, sum.1 + of.1));
-            others += node.weight * (all - near);
+            let (near, factor) =
+                self.layers.iter().map(near_and_factor).fold((0.0, 0.0), |sum, next| (sum.0 + next.0, sum.1 + next.1));
+            others += node.weight * (irradiance - near);
             beside += node.weight * (1.0 - factor);
         }
         // Where the sources are all that is seen, what is left are roundings.
         let past = if beside > ROUGH { others / beside } else { 0.0 };
-        let mut all = vec![0.0; self.weights.len()];
+        let mut values = vec![0.0; self.weights.len()];
         for layer in &self.layers {
             let more = light(layer.link.source)[0] - past;
-            all.iter_mut().zip(&layer.beyond).for_each(|(all, beyond)| *all += more * beyond);
+            values.iter_mut().zip(&layer.truncation).for_each(|(value, truncation)| *value += more * truncation);
         }
-        all
+        values
     }
 
     /// The mean over the element of a polynomial times a sum of layers.
-    pub(super) fn times(&self, polynomial: &[f64], beyond: &[f64]) -> f64 {
-        let all = self.weights.iter().zip(&self.functions).zip(beyond);
-        all.map(|((weight, functions), beyond)| weight * dot(polynomial, functions) * beyond).sum()
+    pub(super) fn times(&self, polynomial: &[f64], truncation: &[f64]) -> f64 {
+        let terms = self.weights.iter().zip(&self.functions).zip(truncation);
+        terms.map(|((weight, functions), truncation)| weight * dot(polynomial, functions) * truncation).sum()
     }
 
     /// The mean over the element of the product of two sums of layers.
@@ -131,8 +132,8 @@ fn graded(shape: Shape, part: f64) -> Vec<Node> {
         for &(u, of_u) in &along {
             let on_rim = [0, 1].map(|axis| from[axis] + u * (to[axis] - from[axis]));
             for &(v, of_v) in &across {
-                let at = [on_rim[0] + v * (s - on_rim[0]), on_rim[1] + v * (t - on_rim[1])];
-                rule.push(Node { at, weight: part * 2.0 * (1.0 - v) * of_u * of_v });
+                let place = [on_rim[0] + v * (s - on_rim[0]), on_rim[1] + v * (t - on_rim[1])];
+                rule.push(Node { at: place, weight: part * 2.0 * (1.0 - v) * of_u * of_v });
             }
         }
     }
@@ -167,13 +168,13 @@ mod tests {
                 let rule = graded(shape, part);
                 let mean = |f: &dyn Fn([f64; 2]) -> f64| rule.iter().map(|node| node.weight * f(node.at)).sum::<f64>();
                 for [i, j] in [[0_u8, 0], [1, 0], [0, 2], [1, 1]] {
-                    let found = mean(&|[s, t]| s.powi(i.into()) * t.powi(j.into()));
+                    let computed = mean(&|[s, t]| s.powi(i.into()) * t.powi(j.into()));
                     let exact = moment(shape, i.into(), j.into());
-                    assert!((found - exact).abs() < 1e-14, "{shape:?} {part} {i} {j}: {found} {exact}");
+                    assert!((computed - exact).abs() < 1e-14, "{shape:?} {part} {i} {j}: {computed} {exact}");
                 }
                 // Over one edge of a half-plane at that height.
                 if part > 0.0 {
-                    let found = mean(&|[_, t]| 1.0 - t / t.hypot(part));
+                    let computed = mean(&|[_, t]| 1.0 - t / t.hypot(part));
                     let exact = match shape {
                         Shape::Parallelogram => 1.0 - (1.0_f64.hypot(part) - part),
                         Shape::Triangle => {
@@ -181,7 +182,7 @@ mod tests {
                             1.0 - 2.0 * ((root - part) - 0.5 * (root - part * part * (1.0 / part).asinh()))
                         }
                     };
-                    assert!((found / exact - 1.0).abs() < 0.02, "{shape:?} {part}: {found} {exact}");
+                    assert!((computed / exact - 1.0).abs() < 0.02, "{shape:?} {part}: {computed} {exact}");
                 }
             }
         }

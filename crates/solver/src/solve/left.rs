@@ -11,7 +11,7 @@ use crate::solve::solution::Solution;
 impl Solution {
     /// What of a residual becomes less as elements do: the detail of a texture stays, but gathers of it fall off with the power of
     /// their size that the kernel's Taylor polynomial leaves.
-    pub(super) fn counts(&self, element: usize, residual: &Residual) -> f64 {
+    pub(super) fn reducible(&self, element: usize, residual: &Residual) -> f64 {
         if residual.mean_detail() == 0.0 {
             return residual.mean();
         }
@@ -20,10 +20,10 @@ impl Solution {
         residual.mean() + residual.mean_detail() * fades
     }
 
-    pub(super) fn left_on_leaf(&self, leaf: usize, channel: usize) -> Residual {
+    pub(super) fn residual_on_leaf(&self, leaf: usize, channel: usize) -> Residual {
         let (element, basis) = (&self.mesh.elements()[leaf], self.mesh.basis(leaf));
         let rho = self.surfaces.reflectance[element.face()][channel];
-        let mut residual = Residual::of(element, basis, &self.direct_samples(leaf, channel));
+        let mut residual = Residual::project(element, basis, &self.direct_samples(leaf, channel));
         if let Some(pattern) = self.surfaces.pattern(leaf, channel) {
             let detail = pattern.detail(basis, &self.direct_irradiance(leaf, channel), false);
             residual = residual.textured(element, pattern, rho, detail);
@@ -42,45 +42,45 @@ impl Solution {
     /// For each channel, bounds on the light of lamps that no node of a leaf sees, at most and in the mean, if there may be any.
     pub(super) fn unseen_on(&self, leaf: usize) -> Option<Vec<[f64; 2]>> {
         let lamps: Vec<(usize, &[usize])> = self.direct[leaf].unseen(&self.lamps).collect();
-        let of = |channel: usize| {
+        let unseen_in = |channel: usize| {
             let emitted = |root: usize| self.surfaces.emitted[self.mesh.elements()[root].face()][channel];
             let sources = lamps.iter().map(|&(root, faces)| (root, faces, emitted(root)));
             self.outlined().unseen(leaf, sources)
         };
-        (!lamps.is_empty()).then(|| (0..self.channels.len()).map(of).collect())
+        (!lamps.is_empty()).then(|| (0..self.channels.len()).map(unseen_in).collect())
     }
 
     /// What the projection of direct light leaves out, everywhere.
-    pub(super) fn left_of_direct(&self) -> Residuals {
+    pub(super) fn residuals_of_direct(&self) -> Residuals {
         let channels = self.channels.len();
         if self.direct.is_empty() {
             return vec![vec![Residual::default(); channels]; self.mesh.elements().len()];
         }
         let leaves: Vec<usize> = self.mesh.leaves().collect();
-        let of = |&leaf: &usize| (0..channels).map(|channel| self.left_on_leaf(leaf, channel)).collect();
-        let at = leaves.par_iter().map(of).collect();
-        Residual::everywhere(&self.mesh, &leaves, at, channels)
+        let on_leaf = |&leaf: &usize| (0..channels).map(|channel| self.residual_on_leaf(leaf, channel)).collect();
+        let residuals = leaves.par_iter().map(on_leaf).collect();
+        Residual::everywhere(&self.mesh, &leaves, residuals, channels)
     }
 
     /// What receivers leave out of the reflected light, everywhere.
-    pub(super) fn left_of_reflected(&self) -> Residuals {
+    pub(super) fn residuals_of_reflected(&self) -> Residuals {
         let channels = self.channels.len();
-        let of = |&receiver: &usize| (0..channels).map(|channel| self.left_on_receiver(receiver, channel)).collect();
-        let at = self.receivers.par_iter().map(of).collect();
-        Residual::everywhere(&self.mesh, &self.receivers, at, channels)
+        let on_receiver = |&receiver: &usize| (0..channels).map(|channel| self.residual_on_receiver(receiver, channel)).collect();
+        let residuals = self.receivers.par_iter().map(on_receiver).collect();
+        Residual::everywhere(&self.mesh, &self.receivers, residuals, channels)
     }
 
-    fn left_on_receiver(&self, receiver: usize, channel: usize) -> Residual {
+    fn residual_on_receiver(&self, receiver: usize, channel: usize) -> Residual {
         let (element, basis, links) = (&self.mesh.elements()[receiver], self.mesh.basis(receiver), &self.links[receiver]);
         let (rho, emitted) = (self.surfaces.reflectance[element.face()][channel], self.surfaces.emitted[element.face()][channel]);
         let emitted = if self.is_lamp(element.face()) { 0.0 } else { emitted };
         let far = &self.far[receiver];
         let at_nodes = irradiance(&self.mesh, &self.field, links, far, channel, basis.nodes().len());
         let samples: Vec<f64> = at_nodes.iter().map(|h| rho * h).collect();
-        let mut residual = Residual::of(element, basis, &samples);
+        let mut residual = Residual::project(element, basis, &samples);
 
         let held = &self.own[receiver][channel * basis.len()..(channel + 1) * basis.len()];
-        let mut left = match self.surfaces.pattern(receiver, channel) {
+        let mut difference = match self.surfaces.pattern(receiver, channel) {
             None => basis.project(&samples),
             Some(pattern) => {
                 let projected = basis.project(&at_nodes);
@@ -88,14 +88,14 @@ impl Solution {
                 pattern.reflected(&projected)
             }
         };
-        left.iter_mut().zip(held).for_each(|(p, b)| *p -= b);
-        left.iter_mut().zip(self.emitted_on(receiver, channel)).for_each(|(p, e)| *p += e);
-        residual.largest.solver = basis.magnitude(&left);
+        difference.iter_mut().zip(held).for_each(|(p, b)| *p -= b);
+        difference.iter_mut().zip(self.emitted_on(receiver, channel)).for_each(|(p, e)| *p += e);
+        residual.largest.solver = basis.magnitude(&difference);
         if far.is_empty() && at_nodes.iter().all(|h| *h == 0.0) {
             // All samples are 0, and say nothing of light between the nodes.
             let past = links.iter().filter(|link| matches!(link.sight, Sight::Past(_)));
             let size = |source: usize| {
-                self.mesh.basis(source).magnitude(self.field.of(source, channel, self.mesh.basis(source).len()))
+                self.mesh.basis(source).magnitude(self.field.coefficients(source, channel, self.mesh.basis(source).len()))
                     + self.field.left_out(source, channel)
             };
             let sources = past.map(|link| (link.source, link.sight.faces(), size(link.source)));
@@ -108,16 +108,16 @@ impl Solution {
             for link in links {
                 let row = &link.rows[node];
                 neglected += self.field.neglected(&self.mesh, link.source, channel, row);
-                let size = row.likely_error_of(self.field.of(link.source, channel, self.mesh.basis(link.source).len()));
+                let size = row.likely_error_of(self.field.coefficients(link.source, channel, self.mesh.basis(link.source).len()));
                 if matches!(link.sight, Sight::Past(_)) { past += size } else { clear += size }
             }
             // The sums themselves round.
             let adds = rho > 0.0 && !(links.is_empty() && far.is_empty());
             let rounds = if adds { 2.0 * f64::EPSILON * (links.len() + 2) as f64 } else { 0.0 };
             let summed = rounds * (sample.abs() + emitted);
-            let most = &mut residual.largest;
-            most.computation = largest(most.computation, rho * (neglected + clear) + summed);
-            most.visibility = largest(most.visibility, rho * past);
+            let maxima = &mut residual.largest;
+            maxima.computation = largest(maxima.computation, rho * (neglected + clear) + summed);
+            maxima.visibility = largest(maxima.visibility, rho * past);
         }
         residual
     }

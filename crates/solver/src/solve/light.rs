@@ -20,14 +20,14 @@ impl Solution {
                 return Ok(());
             }
             let marked = self.marked_by_direct();
-            let left: f64 = marked.iter().map(|m| m.0).sum();
-            self.left_by_direct = left / DIRECT_PART;
+            let residual: f64 = marked.iter().map(|m| m.0).sum();
+            self.direct_residual = residual / DIRECT_PART;
             // A NaN is refused after the round.
-            let most = if self.may_be_missed() { 0.0 } else { DIRECT_PART * aim };
-            if left <= most || left.is_nan() {
+            let allowed = if self.may_be_missed() { 0.0 } else { DIRECT_PART * aim };
+            if residual <= allowed || residual.is_nan() {
                 return Ok(());
             }
-            for leaf in bulk(marked, part_to_divide(most / left)) {
+            for leaf in bulk(marked, part_to_divide(allowed / residual)) {
                 self.mesh.divide(leaf)?;
             }
         }
@@ -35,13 +35,13 @@ impl Solution {
 
     /// Projects direct light on the elements that are new, and finds what no node of theirs sees.
     fn project_direct(&mut self) -> Result<(), Error> {
-        let known = self.direct.len();
-        let new: Vec<usize> = (known..self.mesh.elements().len()).collect();
+        let first_new = self.direct.len();
+        let new: Vec<usize> = (first_new..self.mesh.elements().len()).collect();
         if !self.lamps.is_empty() {
             let optics = self.optics();
             let above = |element: usize| self.mesh.elements()[element].parent().and_then(|p| self.direct.get(p));
-            let of = |element: usize| self.lamps.light(&optics, &self.surfaces, element, above(element));
-            let direct = for_each(&new, of)?;
+            let light_on = |element: usize| self.lamps.light(&optics, &self.surfaces, element, above(element));
+            let direct = for_each(&new, light_on)?;
             self.direct.extend(direct);
         }
         self.field.grow(&self.mesh);
@@ -53,7 +53,7 @@ impl Solution {
         for &element in &leaves {
             for channel in 0..self.channels.len() {
                 let mut change = self.projected(element, channel);
-                if let Some(parent) = self.mesh.elements()[element].parent().filter(|_| known > 0) {
+                if let Some(parent) = self.mesh.elements()[element].parent().filter(|_| first_new > 0) {
                     let basis = self.mesh.basis(element);
                     let held = basis.restrict(self.mesh.child(element), &self.projected(parent, channel));
                     change.iter_mut().zip(held).for_each(|(c, h)| *c -= h);
@@ -78,14 +78,15 @@ impl Solution {
         };
         let mean: Vec<f64> = (0..self.channels.len()).map(mean).collect();
         let indicator = |leaf: usize| {
-            let of = |channel: usize| {
-                let left = largest(self.counts(leaf, &self.left_on_leaf(leaf, channel)) - self.noise_on(leaf, channel), 0.0);
+            let relative_residual = |channel: usize| {
+                let residual =
+                    largest(self.reducible(leaf, &self.residual_on_leaf(leaf, channel)) - self.noise_on(leaf, channel), 0.0);
                 match self.served.is_known() {
-                    true => self.counts_for_points(leaf, channel, left),
-                    false => self.mesh.elements()[leaf].area() / area * ratio(left, mean[channel]),
+                    true => self.indicator_for_points(leaf, channel, residual),
+                    false => self.mesh.elements()[leaf].area() / area * ratio(residual, mean[channel]),
                 }
             };
-            ((0..mean.len()).map(of).fold(0.0, largest), leaf)
+            ((0..mean.len()).map(relative_residual).fold(0.0, largest), leaf)
         };
         leaves.into_iter().map(indicator).collect()
     }
@@ -97,7 +98,7 @@ impl Solution {
 
     /// Whether no sample has seen any light in some channel, though there may be some: nothing is known relative to it yet.
     fn may_be_missed(&self) -> bool {
-        let is_left = |channel: usize| self.mesh.leaves().any(|leaf| self.left_on_leaf(leaf, channel).mean() > 0.0);
+        let is_left = |channel: usize| self.mesh.leaves().any(|leaf| self.residual_on_leaf(leaf, channel).mean() > 0.0);
         (0..self.channels.len()).any(|channel| self.field.mean(&self.mesh, channel) == 0.0 && is_left(channel))
     }
 

@@ -69,7 +69,7 @@ impl Solution {
         };
         let mean_area = self.mean_area();
         let is_long = self.mesh.clusters().root().is_none() && new.len() > FEW;
-        let of = |receiver: usize| {
+        let link_receiver = |receiver: usize| {
             let of_parent = of_parent(receiver);
             if is_long && of_parent.is_none() && clock.is_over() {
                 return Ok(None);
@@ -78,7 +78,7 @@ impl Solution {
             let need = Need { field: &self.field, weight, allowed, without_order, clock };
             optics.first_links(Gatherer::Element(receiver), of_parent, &need).map(Some)
         };
-        Ok(for_each(new, of)?.into_iter().collect())
+        Ok(for_each(new, link_receiver)?.into_iter().collect())
     }
 
     /// How much more the clusters of a receiver may be off by than its links may neglect. Errors without order of many receivers add up by

@@ -61,7 +61,7 @@ impl Solution {
     }
 
     /// Mean square over an element of what the basis leaves out of a light, relative to the mean radiosity, summed over channels.
-    pub(crate) fn off(&self, element: usize, light: &Samples) -> f64 {
+    pub(crate) fn mean_square_residual(&self, element: usize, light: &Samples) -> f64 {
         let (basis, element) = (self.mesh.basis(element), &self.mesh.elements()[element]);
         let (lines, part): (&[[usize; 2]], f64) = match element.shape() {
             Shape::Parallelogram => (&[[0, 1], [2, 3], [1, 2], [3, 0]], 0.5),
@@ -72,13 +72,13 @@ impl Solution {
             let of_line = |&[a, b]: &[usize; 2]| {
                 let between = (vertices[b] - vertices[a]) * (1.0 - INWARD);
                 let values = [a, b].map(|end| light.corners[end].0[channel]);
-                beyond(basis.degree(), values, [a, b].map(|end| light.corners[end].1[channel].dot(between)))
+                truncation(basis.degree(), values, [a, b].map(|end| light.corners[end].1[channel].dot(between)))
             };
             let excess = basis.excess(&light.nodes[channel]);
             let by_nodes = excess.next.powi(2) + excess.spread.powi(2);
             let by_gradient = || part * lines.iter().map(of_line).sum::<f64>();
-            let off = rho * rho * if light.corners.is_empty() { by_nodes } else { 0.5 * (by_gradient() + by_nodes) };
-            if off > 0.0 { off / self.mean()[channel].powi(2) } else { 0.0 }
+            let square = rho * rho * if light.corners.is_empty() { by_nodes } else { 0.5 * (by_gradient() + by_nodes) };
+            if square > 0.0 { square / self.mean()[channel].powi(2) } else { 0.0 }
         };
         self.surfaces.reflectance[element.face()].iter().enumerate().map(of_channel).sum()
     }
@@ -86,7 +86,7 @@ impl Solution {
     /// Irradiance of lamps at a point of a leaf.
     pub(super) fn direct_at(&self, leaf: usize, point: DVec3) -> Result<Vec<f64>, Error> {
         let station = Station::on(&self.mesh.elements()[leaf], point);
-        Ok(self.lamps.at(&self.optics(), &self.surfaces, &station, self.direct[leaf].sights())?.irradiance)
+        Ok(self.lamps.irradiance(&self.optics(), &self.surfaces, &station, self.direct[leaf].sights())?.irradiance)
     }
 
     /// Irradiance of a light at a point of a receiver, by its links; like the gradient without light through clusters.
@@ -98,7 +98,7 @@ impl Solution {
             let count = self.mesh.basis(link.source).len();
             let row = optics.for_light(light, link.source, &weight).receive(&station, link.source, &link.sight, count)?;
             for (channel, sum) in sums.iter_mut().enumerate() {
-                *sum += light.of(link.source, channel, count).iter().zip(&row.values).map(|(c, v)| c * v).sum::<f64>();
+                *sum += light.coefficients(link.source, channel, count).iter().zip(&row.values).map(|(c, v)| c * v).sum::<f64>();
             }
         }
         Ok(sums)
@@ -111,7 +111,7 @@ impl Solution {
 /// With `a`, `b` as in `departure` of `radgrad-paper` and `c = (a + b)/20` the cubic's Legendre coefficients between the nodes are
 /// `c1 = rise/2 - c`, `c2 = (b - a)/12` and `c3 = c`. On the edge, `sqrt(3)` times as long, the squares of those are
 /// `3 (c1 + 3 c3)^2`, `9 c2^2` and `27 c3^2`; and the mean square of the Legendre polynomial of degree n is `1/(2n + 1)`.
-fn beyond(degree: usize, values: [f64; 2], slopes: [f64; 2]) -> f64 {
+fn truncation(degree: usize, values: [f64; 2], slopes: [f64; 2]) -> f64 {
     let rise = values[1] - values[0];
     let (a, b) = (slopes[0] - rise, slopes[1] - rise);
     let (square, cubic) = ((b - a) / 12.0, (a + b) / 20.0);
@@ -133,9 +133,9 @@ mod tests {
         let mean = |f: &dyn Fn(f64) -> f64| (0..2000).map(|k| f((f64::from(k) + 0.5) / 2000.0)).sum::<f64>() / 2000.0;
         let coefficient = |n: usize| (2 * n + 1) as f64 * mean(&|t| cubic(t) * legendre(n, 2.0 * t - 1.0));
         for degree in 0..5 {
-            let left = (degree + 1..4).map(|n| coefficient(n).powi(2) / (2 * n + 1) as f64).sum::<f64>();
-            let found = beyond(degree, ends.map(cubic), ends.map(|t| slope(t) * (1.0 - INWARD)));
-            assert!((found - left).abs() <= 1e-4 * left, "degree {degree}: {found} against {left}");
+            let expected = (degree + 1..4).map(|n| coefficient(n).powi(2) / (2 * n + 1) as f64).sum::<f64>();
+            let computed = truncation(degree, ends.map(cubic), ends.map(|t| slope(t) * (1.0 - INWARD)));
+            assert!((computed - expected).abs() <= 1e-4 * expected, "degree {degree}: {computed} against {expected}");
         }
     }
 }

@@ -33,7 +33,7 @@ const STILL_OFF: f64 = 0.25;
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Sampled {
     pub(super) gradient: DVec3,
-    pub(super) off: f64,
+    pub(super) squared_error: f64,
 }
 
 impl Solution {
@@ -46,7 +46,7 @@ impl Solution {
     ) -> Result<Vec<Sampled>, Error> {
         let element = &self.mesh.elements()[leaf];
         let basis = Basis::linear(element.shape());
-        let mut found = vec![Sampled::default(); self.channels.len()];
+        let mut gradients = vec![Sampled::default(); self.channels.len()];
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cast saturates, and the limits are small")]
         let divisions = (self.asked.log(0.25).ceil() as u32).clamp(DIVISIONS[0], DIVISIONS[1]);
         let mut open = element.divided(leaf, basis)?;
@@ -59,13 +59,13 @@ impl Solution {
             let whole: Vec<&[f64]> = functions.iter().map(|of| &of[..]).collect();
             let mean: Vec<&[f64]> = functions.iter().map(|of| &of[..1]).collect();
             let [whole, mean] = [whole, mean].map(|of| self.gradients_of((&cell, basis), sight, station, &of));
-            for ((sum, whole), mean) in found.iter_mut().zip(whole?).zip(mean?) {
+            for ((sum, whole), mean) in gradients.iter_mut().zip(whole?).zip(mean?) {
                 sum.gradient += whole;
-                sum.off += (whole - mean).length_squared();
+                sum.squared_error += (whole - mean).length_squared();
             }
         }
-        found.iter_mut().for_each(|of| of.off += STILL_OFF * STILL_OFF * of.gradient.length_squared());
-        Ok(found)
+        gradients.iter_mut().for_each(|of| of.squared_error += STILL_OFF * STILL_OFF * of.gradient.length_squared());
+        Ok(gradients)
     }
 
     /// In each channel, coefficients of the linear function through samples on a cell of a leaf. Where the station sees nothing, below its
@@ -88,9 +88,9 @@ impl Solution {
             return Ok(None);
         }
         let of_channel = |channel: usize| {
-            let known = |sample: &Vec<f64>| sample[channel];
-            let mean = samples.iter().flatten().map(known).sum::<f64>() / count as f64;
-            let values: Vec<f64> = samples.iter().map(|sample| sample.as_ref().map_or(mean, known)).collect();
+            let value = |sample: &Vec<f64>| sample[channel];
+            let mean = samples.iter().flatten().map(value).sum::<f64>() / count as f64;
+            let values: Vec<f64> = samples.iter().map(|sample| sample.as_ref().map_or(mean, value)).collect();
             basis.project(&values)
         };
         Ok(Some((0..self.channels.len()).map(of_channel).collect()))
@@ -104,11 +104,11 @@ impl Solution {
             let [_, radiosity] = self.corrected_at(leaf, place)?;
             Ok(Some(radiosity.iter().zip(taken).map(|(radiosity, taken)| radiosity - taken).collect()))
         };
-        let Some(mut off) = self.kept.at(leaf, place, sample)? else { return Ok(None) };
+        let Some(mut defect) = self.kept.get_or_evaluate(leaf, place, sample)? else { return Ok(None) };
         for edge in near_edges.iter().filter(|edge| edge.other.face == face) {
             let Some(more) = edge.other.more_at(place) else { continue };
-            off.iter_mut().zip(more).for_each(|(off, more)| *off += more);
+            defect.iter_mut().zip(more).for_each(|(defect, more)| *defect += more);
         }
-        Ok(Some(off))
+        Ok(Some(defect))
     }
 }

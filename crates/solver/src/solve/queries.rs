@@ -68,11 +68,11 @@ impl Solution {
 
     /// Adds to the mean what is found of its error.
     pub(super) fn correct_mean(&mut self) {
-        let found: Vec<f64> = self.mean_error().iter().map(|error| error.found).collect();
-        for ((mean, reflected), found) in self.mean.iter_mut().zip(&mut self.reflected).zip(found) {
+        let corrections: Vec<f64> = self.mean_error().iter().map(|error| error.correction).collect();
+        for ((mean, reflected), correction) in self.mean.iter_mut().zip(&mut self.reflected).zip(corrections) {
             // No less than what is emitted.
-            let found = largest(found, -*reflected);
-            (*mean, *reflected) = (*mean + found, *reflected + found);
+            let correction = largest(correction, -*reflected);
+            (*mean, *reflected) = (*mean + correction, *reflected + correction);
         }
     }
 
@@ -89,12 +89,12 @@ impl Solution {
     pub fn estimate_on(&self, leaf: usize) -> Vec<Ledger> {
         let receiver = self.receiver_of(leaf);
         let [direct, reflected] = &self.error_estimate.residuals;
-        let of = |c: usize| {
+        let ledger = |c: usize| {
             self.points().on_receiver(&self.error_estimate, receiver, c)
                 + direct[leaf][c].whole()
                 + reflected[receiver][c].whole()
         };
-        (0..self.channels.len()).map(of).collect()
+        (0..self.channels.len()).map(ledger).collect()
     }
 
     /// Value of the polynomial on a leaf, in a channel; no less than [`Self::least_on`].
@@ -102,7 +102,7 @@ impl Solution {
     pub fn value_on(&self, leaf: usize, channel: usize, reference: [f64; 2]) -> f64 {
         let (basis, face) = (self.mesh.basis(leaf), self.mesh.elements()[leaf].face());
         let values = basis.values(reference);
-        let sent: f64 = self.field.of(leaf, channel, basis.len()).iter().zip(values).map(|(c, v)| c * v).sum();
+        let sent: f64 = self.field.coefficients(leaf, channel, basis.len()).iter().zip(values).map(|(c, v)| c * v).sum();
         largest(sent + self.lamp_on(face, channel), self.least_on(leaf, channel))
     }
 
@@ -115,7 +115,7 @@ impl Solution {
 
     /// Coefficients of the polynomial on a leaf, with what it emits as a lamp, in a channel.
     pub(crate) fn coefficients_on(&self, leaf: usize, channel: usize) -> Vec<f64> {
-        let mut coefficients = self.field.of(leaf, channel, self.mesh.basis(leaf).len()).to_vec();
+        let mut coefficients = self.field.coefficients(leaf, channel, self.mesh.basis(leaf).len()).to_vec();
         coefficients[0] += self.lamp_on(self.mesh.elements()[leaf].face(), channel);
         coefficients
     }
@@ -128,12 +128,12 @@ impl Solution {
         let (links, far) = (&self.links[receiver], &self.far[receiver]);
         let at_nodes = irradiance(&self.mesh, &self.field, links, far, channel, above.nodes().len());
         let mut path: Vec<usize> = Vec::new();
-        let mut at = leaf;
-        while at != receiver
-            && let Some(parent) = self.mesh.elements()[at].parent()
+        let mut ancestor = leaf;
+        while ancestor != receiver
+            && let Some(parent) = self.mesh.elements()[ancestor].parent()
         {
-            path.push(at);
-            at = parent;
+            path.push(ancestor);
+            ancestor = parent;
         }
         let restricted = |held: Vec<f64>, element: usize| above.restrict(self.mesh.child(element), &held);
         let mut whole = path.into_iter().rev().fold(above.project(&at_nodes), restricted);
@@ -149,7 +149,7 @@ impl Solution {
     #[must_use]
     pub fn textured_on(&self, leaf: usize, channel: usize, irradiance: &[f64], reference: [f64; 2]) -> f64 {
         let (basis, element) = (self.mesh.basis(leaf), &self.mesh.elements()[leaf]);
-        let [rho, emitted] = self.surfaces.at(element.face(), element.point(reference));
+        let [rho, emitted] = self.surfaces.reflectance_and_emission(element.face(), element.point(reference));
         let received: f64 = irradiance.iter().zip(basis.values(reference)).map(|(c, v)| c * v).sum();
         emitted[channel] + rho[channel] * received
     }
@@ -158,7 +158,7 @@ impl Solution {
     #[must_use]
     pub fn gradient_on(&self, leaf: usize, channel: usize, reference: [f64; 2]) -> DVec3 {
         let basis = self.mesh.basis(leaf);
-        let coefficients = self.field.of(leaf, channel, basis.len());
+        let coefficients = self.field.coefficients(leaf, channel, basis.len());
         let slopes = basis.slopes(reference);
         let along = |k: usize| coefficients.iter().zip(&slopes).map(|(c, s)| c * s[k]).sum::<f64>();
         self.mesh.elements()[leaf].gradient([along(0), along(1)])
@@ -172,6 +172,6 @@ impl Solution {
         let Some(above) = self.mesh.basis(leaf).above() else { return f64::INFINITY };
         let slopes = above.slopes(reference);
         let along = |k: usize| detail.coefficients.iter().zip(&slopes).map(|(c, s)| c * s[k]).sum::<f64>();
-        element.gradient([along(0), along(1)]).length() + detail.beyond * (above.degree() as f64) / element.radius()
+        element.gradient([along(0), along(1)]).length() + detail.truncation * (above.degree() as f64) / element.radius()
     }
 }

@@ -108,12 +108,12 @@ impl Solution {
     /// Whether the error of the gradient of the irradiance at a point is surely within this part of it, in each channel. Of a point that is
     /// refused nothing more can be known, and the answer is yes.
     fn has_gradient_within(&self, (point, normal): (DVec3, DVec3), part: f64) -> bool {
-        let found = match self.is_on_a_face(point) {
-            true => self.gradient(point, normal).map(|found| found.irradiance),
+        let gather = match self.is_on_a_face(point) {
+            true => self.gradient(point, normal).map(|surface| surface.irradiance),
             false => self.irradiance_gradient_at(point, normal),
         };
-        found
-            .ok()
-            .is_none_or(|found| found.gradient.iter().zip(&found.estimate).all(|(of, off)| *off <= SURE * part * of.length()))
+        gather.ok().is_none_or(|gradient| {
+            gradient.gradient.iter().zip(&gradient.estimate).all(|(slope, error)| *error <= SURE * part * slope.length())
+        })
     }
 }

@@ -91,7 +91,7 @@ struct Piece {
     /// that of theirs; of these by the kernel's other parts; and of the leaves below.
     sizes: Vec<f64>,
     by_kernel: Vec<f64>,
-    beyond: Vec<f64>,
+    truncation: Vec<f64>,
     along: Vec<f64>,
     neglected: Vec<f64>,
 }
@@ -111,11 +111,11 @@ struct Gathered {
     /// Known of the face beside the station: what that is off by is known apart.
     beside: f64,
     /// Square of what the others may be off by.
-    off: f64,
+    squared_error: f64,
 }
 
 impl Gathered {
-    fn known(&self) -> f64 {
+    fn total(&self) -> f64 {
         self.sure + self.unsure + self.beside
     }
 }
@@ -208,10 +208,10 @@ impl Solution {
             Some(Term { source: *source, sight, row: rows.last()? })
         };
         let terms = || links.iter().filter_map(term);
-        let at = |place: [f64; 2]| self.gathered_details(&Station::on(element, element.point(place)), terms(), None);
-        let at_nodes: Vec<Vec<Gathered>> = basis.nodes().iter().map(|node| at(node.at)).collect::<Result<_, _>>()?;
+        let details_at = |place: [f64; 2]| self.gathered_details(&Station::on(element, element.point(place)), terms(), None);
+        let at_nodes: Vec<Vec<Gathered>> = basis.nodes().iter().map(|node| details_at(node.at)).collect::<Result<_, _>>()?;
         for (channel, emitted) in emitted.chunks_exact_mut(len).enumerate() {
-            let samples: Vec<f64> = at_nodes.iter().map(|of| of[channel].known()).collect();
+            let samples: Vec<f64> = at_nodes.iter().map(|details| details[channel].total()).collect();
             emitted.iter_mut().zip(basis.project(&samples)).for_each(|(emitted, of)| *emitted = of);
             self.surfaces.reflect(&self.mesh, receiver, channel, emitted);
         }
@@ -237,7 +237,7 @@ impl Solution {
 
     fn whole_of(&self, station: &Station, source: usize, row: &Row) -> Piece {
         let count = self.mesh.basis(source).len();
-        let linked = (0..self.channels.len()).map(|channel| self.field.of(source, channel, count).to_vec()).collect();
+        let linked = (0..self.channels.len()).map(|channel| self.field.coefficients(source, channel, count).to_vec()).collect();
         let neglected = |channel| self.field.neglected(&self.mesh, source, channel, row);
         self.piece(station, (source, row.likely_factor(), row.kernel.smooth), linked, neglected)
     }
@@ -245,7 +245,7 @@ impl Solution {
     fn children_of(&self, station: &Station, piece: &Piece, first: usize) -> Vec<Piece> {
         let child_of = |child: usize| {
             let source = first + child;
-            let mut kernel = Kernel::of(station, &self.mesh.elements()[source]);
+            let mut kernel = Kernel::bound(station, &self.mesh.elements()[source]);
             kernel.smooth &= piece.is_smooth;
             let factor = smallest(kernel.peak, piece.factor);
             let linked = piece.linked.iter().map(|of| self.mesh.basis(piece.source).restrict(child, of)).collect();
@@ -274,7 +274,7 @@ impl Solution {
             detail: Vec::new(),
             sizes: Vec::new(),
             by_kernel: Vec::new(),
-            beyond: Vec::new(),
+            truncation: Vec::new(),
             along: Vec::new(),
             neglected: Vec::new(),
             is_smooth,
@@ -282,17 +282,17 @@ impl Solution {
         };
         for (channel, of) in (0..channels).zip(&self.details()[source]) {
             let sure = of.sure();
-            let held = self.field.of(source, channel, basis.len());
+            let held = self.field.coefficients(source, channel, basis.len());
             let differs: Vec<f64> = held.iter().zip(&piece.linked[channel]).map(|(held, linked)| held - linked).collect();
             let detail = power(falls, basis.degree() + 1) * length(&of.coefficients);
-            let known = detail + length(&differs);
+            let size = detail + length(&differs);
             let neglected = if factor > 0.0 { neglected(channel) } else { 0.0 };
             let textured = self.error_estimate.residuals.iter().map(|of| of[source][channel].detail_rms()).fold(0.0, f64::hypot);
             let unsure = (1.0 - sure) * detail;
             piece.by_kernel.push(factor * sure * detail);
-            piece.beyond.push(factor * (power(falls, basis.degree() + 2) * of.beyond).hypot(unsure));
+            piece.truncation.push(factor * (power(falls, basis.degree() + 2) * of.truncation).hypot(unsure));
             piece.along.push(factor * of.along.hypot(textured));
-            piece.sizes.push(factor * known + neglected);
+            piece.sizes.push(factor * size + neglected);
             piece.neglected.push(TYPICAL * neglected);
             piece.differs.push(differs);
             piece.detail.push(of.coefficients.iter().map(|c| sure * c).collect());
@@ -316,9 +316,9 @@ impl Solution {
             open.extend(self.pieces(station, source, row).into_iter().map(|piece| (piece, sight)));
         }
         let much = MUCH * open.iter().map(|(piece, _)| relative(&piece.sizes)).sum::<f64>();
-        let mut all = vec![Gathered::default(); self.channels.len()];
+        let mut gathered = vec![Gathered::default(); self.channels.len()];
         let mut touching = vec![Touching::default(); self.channels.len()];
-        let mut beyond = vec![Beyond::default(); self.channels.len()];
+        let mut truncation = vec![Beyond::default(); self.channels.len()];
         while let Some((piece, sight)) = open.pop() {
             let counts = |sizes: &[f64]| relative(sizes) > much;
             if let Some(first) = self.mesh.elements()[piece.source].children().filter(|_| counts(&piece.neglected)) {
@@ -326,41 +326,42 @@ impl Solution {
                 continue;
             }
             let is_known = piece.near == 1.0 && beside == Some(self.mesh.elements()[piece.source].face());
-            for (channel, (all, beyond)) in all.iter_mut().zip(&mut beyond).enumerate().filter(|_| !is_known) {
-                all.off += square(piece.along[channel]);
-                beyond.most += square(piece.beyond[channel]);
+            for (channel, (gathered, truncation)) in gathered.iter_mut().zip(&mut truncation).enumerate().filter(|_| !is_known) {
+                gathered.squared_error += square(piece.along[channel]);
+                truncation.most += square(piece.truncation[channel]);
             }
             if !counts(&piece.sizes) {
-                all.iter_mut().zip(&piece.sizes).for_each(|(all, size)| all.off += square(*size));
+                gathered.iter_mut().zip(&piece.sizes).for_each(|(gathered, size)| gathered.squared_error += square(*size));
                 continue;
             }
             let Some(above) = self.mesh.basis(piece.source).above() else { continue };
             let sizes: Vec<f64> = piece.differs.iter().zip(&piece.detail).map(|(a, b)| length(a) + length(b)).collect();
             let row = optics.for_brightness(relative(&sizes)).receive_of(station, (piece.source, above), sight, above.len())?;
-            for (channel, all) in all.iter_mut().enumerate() {
+            for (channel, gathered) in gathered.iter_mut().enumerate() {
                 // A difference of polynomials is exact; a detail is an estimate.
                 let [differs, detail] = [&piece.differs, &piece.detail].map(|of| dot(&of[channel], &row.values));
-                let known = differs + detail;
+                let error = differs + detail;
                 if is_known {
-                    all.beside += if is_sure { known } else { 0.0 };
+                    gathered.beside += if is_sure { error } else { 0.0 };
                     continue;
                 }
                 if is_sure {
-                    all.sure += differs;
-                    all.unsure += detail;
+                    gathered.sure += differs;
+                    gathered.unsure += detail;
                 }
-                all.off += square(if is_sure { STILL_OFF * detail } else { known }) + square(piece.neglected[channel]);
-                beyond[channel].found += square(detail);
-                beyond[channel].of_details += square(piece.by_kernel[channel]);
+                gathered.squared_error +=
+                    square(if is_sure { STILL_OFF * detail } else { error }) + square(piece.neglected[channel]);
+                truncation[channel].found += square(detail);
+                truncation[channel].of_details += square(piece.by_kernel[channel]);
                 if piece.near == 1.0 {
                     let rho = self.surfaces.reflectance[self.mesh.elements()[piece.source].face()][channel];
-                    touching[channel].add(known, piece.factor, rho);
+                    touching[channel].add(error, piece.factor, rho);
                 }
             }
         }
-        all.iter_mut().zip(touching).for_each(|(all, touching)| all.off += square(touching.again()));
-        all.iter_mut().zip(beyond).for_each(|(all, beyond)| all.off += beyond.likely());
-        Ok(all)
+        gathered.iter_mut().zip(touching).for_each(|(gathered, touching)| gathered.squared_error += square(touching.again()));
+        gathered.iter_mut().zip(truncation).for_each(|(gathered, truncation)| gathered.squared_error += truncation.likely());
+        Ok(gathered)
     }
 
     /// What the irradiance of a point is off by, found from what the point gathers of each source. `None` if no error of the sources is known.
@@ -375,30 +376,31 @@ impl Solution {
         let error = self.known_error()?;
         let details = self.gathered_details(station, terms.clone(), beside).ok()?;
         let of_mean = self.mean_error();
-        let of_channel = |(channel, Gathered { sure, unsure, beside: known, off }): (usize, Gathered)| {
+        let of_channel = |(channel, Gathered { sure, unsure, beside: known, squared_error }): (usize, Gathered)| {
             let gathered = |field: &Field| far.value(field, channel, 0);
-            let (mut carried, mut reflected, mut unseen) = (gathered(error), gathered(&self.field), 0.0);
+            let (mut propagated, mut reflected, mut unseen) = (gathered(error), gathered(&self.field), 0.0);
             let mut beside_carried = 0.0;
             for Term { source, row, .. } in terms.clone() {
                 let len = self.mesh.basis(source).len();
-                let of_error = dot(error.of(source, channel, len), &row.values);
+                let of_error = dot(error.coefficients(source, channel, len), &row.values);
                 if beside == Some(self.mesh.elements()[source].face()) {
                     beside_carried += of_error;
                 } else {
-                    carried += of_error;
+                    propagated += of_error;
                 }
                 // What faces emit has no error.
-                reflected +=
-                    dot(self.field.of(source, channel, len), &row.values) - dot(&self.emitted_on(source, channel), &row.values);
+                reflected += dot(self.field.coefficients(source, channel, len), &row.values)
+                    - dot(&self.emitted_on(source, channel), &row.values);
                 unseen +=
                     row.likely_factor() * self.error_estimate.residuals.iter().map(|of| of[source][channel].unseen).sum::<f64>();
             }
-            let MeanError { found, off: off_in_mean, .. } = of_mean[channel];
-            let lacks = (found - error.mean(&self.mesh, channel)).hypot(BY_CHANCE * off_in_mean);
+            let MeanError { correction, error: error_in_mean, .. } = of_mean[channel];
+            let lacks = (correction - error.mean(&self.mesh, channel)).hypot(BY_CHANCE * error_in_mean);
             let light = if self.reflected[channel] > 0.0 { self.reflected[channel] } else { self.mean[channel] };
             let of_light = reflected.abs() * ratio(lacks, light);
-            let left = (LEFT * (unsure + carried) + STILL_OFF * sure).abs() + unseen + off.sqrt().hypot(of_light);
-            (sure + unsure + carried + known + beside_carried, Ledger { discretisation: left, ..Ledger::default() })
+            let remaining =
+                (LEFT * (unsure + propagated) + STILL_OFF * sure).abs() + unseen + squared_error.sqrt().hypot(of_light);
+            (sure + unsure + propagated + known + beside_carried, Ledger { discretisation: remaining, ..Ledger::default() })
         };
         let (known, left) = details.into_iter().enumerate().map(of_channel).unzip();
         Some(KnownError { known, left })

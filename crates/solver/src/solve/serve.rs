@@ -35,7 +35,7 @@ struct Seen {
 impl Solution {
     /// Serves some points from now on, beside the mean.
     pub(super) fn serve(&mut self, points: &[(DVec3, DVec3)]) -> Result<(), Error> {
-        self.served = Served { beside: true, ..Served::of(points) };
+        self.served = Served { beside: true, ..Served::at_points(points) };
         self.find_importance()?;
         self.progress.estimate = self.estimate_at_points().unwrap_or(self.progress.estimate);
         Ok(())
@@ -53,12 +53,12 @@ impl Solution {
         if self.served.points.is_empty() {
             return Ok(());
         }
-        let seen = self.served.points.par_iter().filter_map(|&point| self.seen_from(point).transpose());
-        let seen: Vec<Seen> = seen.collect::<Result<_, Error>>()?;
+        let views = self.served.points.par_iter().filter_map(|&point| self.seen_from(point).transpose());
+        let views: Vec<Seen> = views.collect::<Result<_, Error>>()?;
         let (channels, mesh) = (self.channels.len(), &self.mesh);
-        let count = seen.len() as f64;
-        let reflected = (0..channels).map(|channel| seen.iter().map(|point| point.reflected[channel] / count).sum()).collect();
-        let source = self.source_of_importance(&seen);
+        let count = views.len() as f64;
+        let reflected = (0..channels).map(|channel| views.iter().map(|point| point.reflected[channel] / count).sum()).collect();
+        let source = self.source_of_importance(&views);
         let first = |receiver: usize, channel: usize| source[receiver][channel * mesh.basis(receiver).len()];
         let scale = |channel: usize| Some(self.mean_of(&first, channel)).filter(|mean| *mean > 0.0).unwrap_or(1.0);
         let scale: Vec<f64> = (0..channels).map(scale).collect();
@@ -80,15 +80,15 @@ impl Solution {
             acceleration.after_sweep(&equation, &mut sent, &mut own, channels);
         }
         // Black receivers leave nothing out.
-        let of = |receiver: usize, channel: usize| match self.reflectance_of(receiver)[channel] {
+        let importance_on = |receiver: usize, channel: usize| match self.reflectance_of(receiver)[channel] {
             0.0 => 0.0,
             rho => largest(own[receiver][channel * mesh.basis(receiver).len()], 0.0) / rho,
         };
         let mut importance = vec![Vec::new(); mesh.elements().len()];
         for &receiver in &self.receivers {
-            importance[receiver] = (0..channels).map(|channel| of(receiver, channel)).collect();
+            importance[receiver] = (0..channels).map(|channel| importance_on(receiver, channel)).collect();
         }
-        let mean = (0..channels).map(|channel| self.mean_of(&of, channel)).collect();
+        let mean = (0..channels).map(|channel| self.mean_of(&importance_on, channel)).collect();
         (self.served.importance, self.served.mean, self.served.reflected) = (importance, mean, reflected);
         Ok(())
     }
@@ -122,14 +122,14 @@ impl Solution {
                 field.add(mesh, element, channel, &constant(element, density));
             }
         };
-        let mut of_clusters = vec![vec![0.0; mesh.clusters().all().len()]; channels];
+        let mut of_clusters = vec![vec![0.0; mesh.clusters().clusters().len()]; channels];
         for Seen { rows, far, rho, .. } in seen {
             for channel in 0..channels {
                 for (source, row) in rows {
                     add(*source, channel, rho[channel] * row.likely_factor() / (count * mesh.elements()[*source].area()));
                 }
                 for (index, &cluster) in far.clusters().iter().enumerate() {
-                    of_clusters[channel][cluster] += rho[channel] * far.seen(index, 0).weight / count;
+                    of_clusters[channel][cluster] += rho[channel] * far.view(index, 0).weight / count;
                 }
             }
         }
@@ -139,7 +139,7 @@ impl Solution {
         let mut source = vec![Vec::new(); mesh.elements().len()];
         for &receiver in &self.receivers {
             let sent = |(channel, rho): (usize, &f64)| {
-                let direct = field.of(receiver, channel, mesh.basis(receiver).len())[0];
+                let direct = field.coefficients(receiver, channel, mesh.basis(receiver).len())[0];
                 constant(receiver, rho * direct)
             };
             source[receiver] = self.reflectance_of(receiver).iter().enumerate().flat_map(sent).collect();
@@ -155,19 +155,19 @@ impl Solution {
             return Ok(Some(Seen { rows, far, rho: vec![1.0; self.channels.len()], reflected: sums }));
         };
         let Sum { rows, far, sums, .. } = self.sum_on(leaf, foot)?;
-        let [rho, _] = self.surfaces.at(self.mesh.elements()[leaf].face(), foot);
+        let [rho, _] = self.surfaces.reflectance_and_emission(self.mesh.elements()[leaf].face(), foot);
         let reflected = sums.iter().zip(&rho).map(|(received, rho)| received * rho).collect();
         Ok(Some(Seen { rows, far, rho, reflected }))
     }
 
     /// The importance of an element, as that of the receiver of the last round that it is or is below.
     fn importance_of(&self, element: usize, channel: usize) -> f64 {
-        let known = |at: usize| self.served.importance.get(at).filter(|of| !of.is_empty());
-        self.mesh.above(element).find_map(known).map_or(0.0, |of| of[channel])
+        let importance = |at: usize| self.served.importance.get(at).filter(|values| !values.is_empty());
+        self.mesh.above(element).find_map(importance).map_or(0.0, |values| values[channel])
     }
 
     /// What a mean of the residual on an element, over what errors are relative to, adds to the error aimed at.
-    pub(super) fn counts_for_points(&self, element: usize, channel: usize, left: f64) -> f64 {
+    pub(super) fn indicator_for_points(&self, element: usize, channel: usize, left: f64) -> f64 {
         let weight = self.mesh.elements()[element].area() * self.importance_of(element, channel);
         ratio(weight * left, self.served.reflected[channel])
     }
@@ -199,11 +199,16 @@ impl Solution {
             return None;
         }
         let of_channel = |channel: usize| {
-            let of = |&receiver: &usize| {
-                let left: f64 = self.error_estimate.residuals.iter().map(|of| of[receiver][channel].mean_ledger().total()).sum();
-                self.counts_for_points(receiver, channel, left)
+            let indicator_on = |&receiver: &usize| {
+                let residual: f64 = self
+                    .error_estimate
+                    .residuals
+                    .iter()
+                    .map(|residuals| residuals[receiver][channel].mean_ledger().total())
+                    .sum();
+                self.indicator_for_points(receiver, channel, residual)
             };
-            self.receivers.iter().map(of).sum::<f64>()
+            self.receivers.iter().map(indicator_on).sum::<f64>()
         };
         Some((0..self.channels.len()).map(of_channel).fold(0.0, largest))
     }

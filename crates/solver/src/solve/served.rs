@@ -17,7 +17,7 @@ pub(crate) struct Served {
 }
 
 impl Served {
-    pub(crate) fn of(points: &[(DVec3, DVec3)]) -> Self {
+    pub(crate) fn at_points(points: &[(DVec3, DVec3)]) -> Self {
         Self { points: points.iter().map(|&(position, normal)| [position, normal]).collect(), ..Self::default() }
     }
 

@@ -50,20 +50,20 @@ pub(super) fn mesh(ready: &Prepared, options: &Options, degree: usize) -> Result
     if solution.lamps.is_empty() {
         return Ok(whole);
     }
-    let faces: Vec<Known> = (0..solution.mesh.polygons().len()).map(|face| solution.known(face)).collect();
-    let most = MOST_PARTS.min(options.most_elements);
+    let faces: Vec<Known> = (0..solution.mesh.polygons().len()).map(|face| solution.with_shadow_lines(face)).collect();
+    let max_parts = MOST_PARTS.min(options.most_elements);
     let is_late = || options.time.is_some_and(|time| started.elapsed() > time.mul_f64(CUTS));
     let light = |face: usize, places: &[DVec3]| {
         let samples = places.par_iter().map(|&place| solution.sample(face, place));
         if is_late() { Ok(None) } else { samples.collect::<Result<_, Error>>().map(Some) }
     };
-    let parts = partition(&faces, whole.bases(), (most, options.error), &light)?;
+    let parts = partition(&faces, whole.bases(), (max_parts, options.error), &light)?;
     Mesh::cut(&ready.scene, degree, Cut::Parts(&parts))
 }
 
 impl Solution {
     /// A face with its shadow lines.
-    fn known(&self, face: usize) -> Known {
+    fn with_shadow_lines(&self, face: usize) -> Known {
         let (mesh, normal) = (&self.mesh, self.mesh.polygons()[face].normal());
         let roots: Vec<usize> = mesh.roots().iter().copied().filter(|&root| mesh.elements()[root].face() == face).collect();
         let parts = roots.iter().map(|&root| mesh.elements()[root].polygon().vertices().to_vec()).collect();

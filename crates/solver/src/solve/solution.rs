@@ -77,7 +77,7 @@ pub struct Solution {
     /// Of each leaf, bounds on the light of lamps that its nodes do not see, if there may be any.
     pub(super) unseen: Vec<Option<Vec<[f64; 2]>>>,
     /// The aim of [`Solution::light`] that direct light reached: what it leaves out in the mean, over the part of the aim that it may.
-    pub(super) left_by_direct: f64,
+    pub(super) direct_residual: f64,
     pub(crate) channels: Vec<String>,
     pub(crate) extent: f64,
     /// Error that the evaluation of a function may have; past what may hide a part, and that once there is no more time.
@@ -137,8 +137,8 @@ impl Solution {
 
     /// What errors are relative to, in each channel: the mean of all radiosity where no light that is reflected was found yet.
     pub(super) fn reference(&self) -> Vec<f64> {
-        let of = |(&reflected, &mean): (&f64, &f64)| if reflected > 0.0 { reflected } else { mean };
-        self.reflected.iter().zip(&self.mean).map(of).collect()
+        let denominator = |(&reflected, &mean): (&f64, &f64)| if reflected > 0.0 { reflected } else { mean };
+        self.reflected.iter().zip(&self.mean).map(denominator).collect()
     }
 
     /// Errors in each channel over the mean that they are relative to, the largest.
@@ -150,8 +150,8 @@ impl Solution {
     pub(super) fn reached(&self, options: &Options) -> bool {
         // Where light may be reflected and none was found, nothing is known relative to it.
         let is_found = |(reflected, estimate): (&f64, &Ledger)| *reflected > 0.0 || estimate.total() == 0.0;
-        let found = self.reflected.iter().zip(&self.error_estimate.mean).all(is_found);
-        found && self.progress.estimate <= options.error
+        let has_light = self.reflected.iter().zip(&self.error_estimate.mean).all(is_found);
+        has_light && self.progress.estimate <= options.error
     }
 
     /// Whether an element gathers reflected light, though it may see nothing.
@@ -161,13 +161,13 @@ impl Solution {
 
     /// The element above a leaf, or itself, that gathers reflected light.
     pub(crate) fn receiver_of(&self, leaf: usize) -> usize {
-        let mut at = leaf;
-        while !self.gathers(at)
-            && let Some(parent) = self.mesh.elements()[at].parent()
+        let mut ancestor = leaf;
+        while !self.gathers(ancestor)
+            && let Some(parent) = self.mesh.elements()[ancestor].parent()
         {
-            at = parent;
+            ancestor = parent;
         }
-        at
+        ancestor
     }
 
     /// Coefficients of what an element emits that is no lamp kept apart.
@@ -205,15 +205,15 @@ pub(super) fn means(field: &Field, mesh: &Mesh, [lamps, others]: &[Vec<f64>; 2])
 pub(super) struct MeanError {
     /// Estimate of what is left of it once the correction is added.
     pub(super) estimate: Ledger,
-    /// The error as it was found, with its sign, and the likely error of that.
-    pub(super) found: f64,
-    pub(super) off: f64,
+    /// The error as found by the importance, with its sign, and the likely error of that.
+    pub(super) correction: f64,
+    pub(super) error: f64,
 }
 
 impl MeanError {
     /// An error of this size and of unknown sign.
     pub(super) const fn without_sign(estimate: Ledger) -> Self {
-        Self { estimate, found: 0.0, off: estimate.total() }
+        Self { estimate, correction: 0.0, error: estimate.total() }
     }
 }
 

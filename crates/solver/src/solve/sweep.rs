@@ -21,7 +21,7 @@ impl Solution {
                 let element = &self.mesh.elements()[receiver];
                 let rho = self.surfaces.reflectance[element.face()][channel];
                 let emitted = self.emitted_on(receiver, channel)[0] + self.lamp_on(element.face(), channel);
-                let direct = self.field.of(receiver, channel, self.mesh.basis(receiver).len())[0];
+                let direct = self.field.coefficients(receiver, channel, self.mesh.basis(receiver).len())[0];
                 area += element.area();
                 sent += element.area() * (emitted + direct);
                 reflected += element.area() * rho;
@@ -53,8 +53,8 @@ impl Solution {
         for _ in 0..MOST_SWEEPS {
             // Where light may be even, as in a furnace, reflected light is known no better than all light: changes are held to
             // that.
-            let of = if may_be_even(mesh, &self.lamps) { self.mean.clone() } else { self.reference() };
-            let scale: Vec<f64> = of.iter().map(|&mean| if mean > 0.0 { mean } else { 1.0 }).collect();
+            let reference = if may_be_even(mesh, &self.lamps) { self.mean.clone() } else { self.reference() };
+            let scale: Vec<f64> = reference.iter().map(|&mean| if mean > 0.0 { mean } else { 1.0 }).collect();
             self.progress.gathers += receivers.len();
             left = equation.sweep(&mut self.field, &mut self.own, &scale);
             let solved = left <= until || left.is_nan();

@@ -90,9 +90,9 @@ struct Wedge {
 #[derive(Debug)]
 struct Sample {
     rho: Vec<f64>,
-    beyond: Vec<f64>,
+    defect: Vec<f64>,
     /// The same with the mean of `q` on either side in place of `q`.
-    beyond_around: Vec<f64>,
+    defect_around: Vec<f64>,
 }
 
 /// Weights of every so many samples in what a place sees: a row for each of these samples' places, one for the point, and the slope of that.
@@ -158,7 +158,7 @@ impl Wedge {
     }
 
     /// What a place at a distance sees of a function on the other face, by its values at the samples.
-    fn seen(&self, distance: f64, degree: usize) -> Vec<f64> {
+    fn view_weights(&self, distance: f64, degree: usize) -> Vec<f64> {
         let (samples, cosine) = (samples(degree), self.cosine());
         if distance <= AT_EDGE * self.farthest {
             let at_edge = |k: usize| if k == 0 { 0.5 * (1.0 + cosine) } else { 0.0 };
@@ -182,8 +182,8 @@ impl Wedge {
     /// Those of every so many samples at these distances.
     fn rows(&self, distances: &[f64], step: usize) -> Rows {
         let degree = DEGREE / step;
-        let of_samples = distances.iter().step_by(step).map(|distance| self.seen(*distance, degree)).collect();
-        Rows { step, of_samples, of_point: [self.seen(self.distance, degree), self.slope_of_seen(degree)] }
+        let of_samples = distances.iter().step_by(step).map(|distance| self.view_weights(*distance, degree)).collect();
+        Rows { step, of_samples, of_point: [self.view_weights(self.distance, degree), self.slope_of_seen(degree)] }
     }
 
     /// By how much more the point sees of that a unit of length farther from the edge; 0 on it, where that has no limit.
@@ -192,7 +192,7 @@ impl Wedge {
         if self.distance <= AT_EDGE * self.farthest {
             return vec![0.0; degree + 1];
         }
-        let [behind, ahead] = [-step, step].map(|step| self.seen(self.distance + step, degree));
+        let [behind, ahead] = [-step, step].map(|step| self.view_weights(self.distance + step, degree));
         ahead.iter().zip(behind).map(|(ahead, behind)| (ahead - behind) / (2.0 * step)).collect()
     }
 }
@@ -227,8 +227,8 @@ impl Solution {
 
     /// That of all edges that are near, whether the point is beside them or not.
     pub(super) fn lacking_near_edges(&self, leaf: usize, point: DVec3) -> Result<Vec<Lacking>, Error> {
-        let found = self.wedges_at(leaf, point, NEAR_EDGE);
-        found.filter_map(|(wedge, is_beside)| self.lacking_of(&wedge, is_beside).transpose()).collect()
+        let wedges = self.wedges_at(leaf, point, NEAR_EDGE);
+        wedges.filter_map(|(wedge, is_beside)| self.lacking_of(&wedge, is_beside).transpose()).collect()
     }
 
     fn lacking_of(&self, wedge: &Wedge, is_beside: bool) -> Result<Option<Lacking>, Error> {
@@ -241,28 +241,28 @@ impl Solution {
         let off_there = |rows: &Rows, of: fn(&Sample) -> &[f64]| -> Option<Vec<Vec<f64>>> {
             let of_channel = |channel: usize| {
                 let rho = [0, 1].map(|side| in_samples(side, rows.step, |of| &of.rho, channel));
-                let beyond = [0, 1].map(|side| in_samples(side, rows.step, of, channel));
-                off_by(&rho, &beyond, &rows.of_samples).map(|[_, there]| there)
+                let defect = [0, 1].map(|side| in_samples(side, rows.step, of, channel));
+                off_by(&rho, &defect, &rows.of_samples).map(|[_, there]| there)
             };
             channels().map(of_channel).collect()
         };
         let [all, half] = [1, 2].map(|step| wedge.rows(&distances, step));
-        let found =
-            [off_there(&all, |of| &of.beyond), off_there(&half, |of| &of.beyond), off_there(&all, |of| &of.beyond_around)];
-        let [Some(off), Some(roughly), Some(around)] = found else { return Ok(None) };
+        let errors =
+            [off_there(&all, |of| &of.defect), off_there(&half, |of| &of.defect), off_there(&all, |of| &of.defect_around)];
+        let [Some(fine), Some(roughly), Some(around)] = errors else { return Ok(None) };
         let of_channel = |part: usize| {
-            let of = |channel: usize| {
-                let seen = [(&all, &off), (&half, &roughly), (&all, &around)];
-                let [lacking, roughly, around] = seen.map(|(rows, off)| dot(&rows.of_point[part], &off[channel]));
+            let lacking_in = |channel: usize| {
+                let variants = [(&all, &fine), (&half, &roughly), (&all, &around)];
+                let [lacking, roughly, around] = variants.map(|(rows, fine)| dot(&rows.of_point[part], &fine[channel]));
                 let [of_degree, along_edge] = [roughly, around].map(|other| (lacking - other).abs());
                 [lacking, OF_DEGREE * of_degree + OF_SAMENESS * along_edge]
             };
-            channels().map(of).collect()
+            channels().map(lacking_in).collect()
         };
         let more = |channel: usize| {
-            let sampled = in_samples(1, 1, |of| &of.beyond, channel);
-            let all = off[channel].iter().zip(sampled);
-            all.map(|(all, sampled)| if is_beside { -sampled } else { all - sampled }).collect()
+            let sampled = in_samples(1, 1, |of| &of.defect, channel);
+            let pairs = fine[channel].iter().zip(sampled);
+            pairs.map(|(full, sampled)| if is_beside { -sampled } else { full - sampled }).collect()
         };
         let [(_, away), (face, there)] = wedge.sides;
         Ok(Some(Lacking {
@@ -285,9 +285,9 @@ impl Solution {
         let mut samples: [Vec<Sample>; 2] = Default::default();
         for (of_side, (face, away)) in samples.iter_mut().zip(wedge.sides) {
             for distance in distances {
-                let off = if *distance > 0.0 { *distance } else { AT_EDGE * wedge.farthest };
-                let aside = [AT_EDGE * wedge.farthest, ASIDE * off].map(|aside| wedge.along * aside);
-                let Some(sample) = self.beyond_what_is_taken(face, wedge.foot + away * off, aside)? else { return Ok(None) };
+                let offset = if *distance > 0.0 { *distance } else { AT_EDGE * wedge.farthest };
+                let aside = [AT_EDGE * wedge.farthest, ASIDE * offset].map(|aside| wedge.along * aside);
+                let Some(sample) = self.beyond_what_is_taken(face, wedge.foot + away * offset, aside)? else { return Ok(None) };
                 of_side.push(sample);
             }
         }
@@ -313,8 +313,8 @@ impl Solution {
         let next = wedges.get(1).map_or(f64::INFINITY, |next| next.distance);
         let is_beside = |(k, wedge): (usize, &Wedge)| k == 0 && wedge.distance <= BESIDE * smallest(wedge.farthest, next);
         let are_beside: Vec<bool> = wedges.iter().enumerate().map(is_beside).collect();
-        let found = wedges.into_iter().zip(are_beside);
-        found.filter(move |(wedge, _)| wedge.distance <= within * wedge.farthest && self.is_free(wedge))
+        let candidates = wedges.into_iter().zip(are_beside);
+        candidates.filter(move |(wedge, _)| wedge.distance <= within * wedge.farthest && self.is_free(wedge))
     }
 
     /// The edge in which a leaf meets a face, at the foot of a point of the leaf, as far as both go on from there.
@@ -363,19 +363,19 @@ impl Solution {
     fn beyond_what_is_taken(&self, face: usize, place: DVec3, [little, aside]: [DVec3; 2]) -> Result<Option<Sample>, Error> {
         let Some(leaf) = self.mesh.leaf_at(face, place) else { return Ok(None) };
         let [rho, radiosity] = self.corrected_at(leaf, place)?;
-        let beyond = |aside: DVec3| {
+        let defect = |aside: DVec3| {
             let taken = [place + aside, place - aside].map(|place| self.taken_at(face, place));
             let [Some(here), Some(there)] = taken else { return None };
             Some(here.iter().zip(&there).zip(&radiosity).map(|((here, there), all)| all - 0.5 * (here + there)).collect())
         };
-        let [Some(beyond), Some(beyond_around)] = [beyond(little), beyond(aside)] else { return Ok(None) };
-        Ok(Some(Sample { rho, beyond, beyond_around }))
+        let [Some(defect), Some(defect_around)] = [defect(little), defect(aside)] else { return Ok(None) };
+        Ok(Some(Sample { rho, defect, defect_around }))
     }
 
     /// In each channel, the reflectance of a place of a leaf, and the radiosity by a corrected gather, without what lamps emit.
     pub(super) fn corrected_at(&self, leaf: usize, place: DVec3) -> Result<[Vec<f64>; 2], Error> {
         let (face, irradiance) = (self.mesh.elements()[leaf].face(), self.corrected_on(leaf, place)?);
-        let [rho, emitted] = self.surfaces.at(face, place);
+        let [rho, emitted] = self.surfaces.reflectance_and_emission(face, place);
         let radiosity = |c: usize| rho[c] * irradiance[c] + emitted[c] - self.lamp_on(face, c);
         let radiosity = (0..rho.len()).map(radiosity).collect();
         Ok([rho, radiosity])
@@ -388,9 +388,9 @@ impl Solution {
         let (at, is_sure) = (element.reference(place), self.has_sure_details());
         let (functions, more) = (basis.values(at), basis.above()?.values(at));
         let taken = |(channel, detail): (usize, &Detail)| {
-            let known = [&self.field, error].map(|of| dot(of.of(leaf, channel, basis.len()), &functions));
+            let values = [&self.field, error].map(|field| dot(field.coefficients(leaf, channel, basis.len()), &functions));
             let detail = if is_sure { detail.sure() * dot(&detail.coefficients, &more) } else { 0.0 };
-            known[0] + known[1] + detail
+            values[0] + values[1] + detail
         };
         Some(self.details()[leaf].iter().enumerate().map(taken).collect())
     }
@@ -411,20 +411,20 @@ fn way_on(polygon: &Polygon, from: DVec3, way: DVec3) -> f64 {
 }
 
 /// `C - q + eps` on both sides, from reflectances, `C - q`, and what each distance sees of all; `None` if the sum does not end.
-fn off_by(rho: &[Vec<f64>; 2], beyond: &[Vec<f64>; 2], rows: &[Vec<f64>]) -> Option<[Vec<f64>; 2]> {
-    let mut off = beyond.clone();
-    let size = beyond.iter().flatten().map(|of| of.abs()).sum::<f64>();
+fn off_by(rho: &[Vec<f64>; 2], defect: &[Vec<f64>; 2], rows: &[Vec<f64>]) -> Option<[Vec<f64>; 2]> {
+    let mut error = defect.clone();
+    let size = defect.iter().flatten().map(|of| of.abs()).sum::<f64>();
     for _ in 0..MOST_SWEEPS {
         let mut change = 0.0;
         for side in [0, 1] {
             for (k, row) in rows.iter().enumerate() {
-                let next = beyond[side][k] + rho[side][k] * dot(row, &off[1 - side]);
-                change += (next - off[side][k]).abs();
-                off[side][k] = next;
+                let next = defect[side][k] + rho[side][k] * dot(row, &error[1 - side]);
+                change += (next - error[side][k]).abs();
+                error[side][k] = next;
             }
         }
         if change <= SOLVED * size {
-            return Some(off);
+            return Some(error);
         }
     }
     None
@@ -447,8 +447,8 @@ mod tests {
                 let end = DVec3::new(2.0 * angle.cos() - distance, 0.0, 2.0 * angle.sin());
                 let exact = if distance > 0.0 { 0.5 * (1.0 + end.x / end.length()) } else { 0.5 * (1.0 + angle.cos()) };
                 for degree in [DEGREE, DEGREE / 2] {
-                    let found: f64 = wedge.seen(distance, degree).iter().sum();
-                    assert!((found - exact).abs() < 1e-12, "{angle} {distance} {degree}: {found} {exact}");
+                    let computed: f64 = wedge.view_weights(distance, degree).iter().sum();
+                    assert!((computed - exact).abs() < 1e-12, "{angle} {distance} {degree}: {computed} {exact}");
                 }
             }
         }
@@ -459,7 +459,7 @@ mod tests {
     fn what_is_seen_of_light_that_rises_evenly_is_its_integral() {
         let (wedge, exact) = (wedge(0.5 * PI, 1.0), 0.5 * (1.0_f64.asinh() - 0.5_f64.sqrt()));
         let light = samples(DEGREE).into_iter().map(|u| u.powi(3)).collect::<Vec<f64>>();
-        let found = dot(&wedge.seen(1.0, DEGREE), &light);
-        assert!((found - exact).abs() < 2e-4 * exact, "{found} {exact}");
+        let computed = dot(&wedge.view_weights(1.0, DEGREE), &light);
+        assert!((computed - exact).abs() < 2e-4 * exact, "{computed} {exact}");
     }
 }

@@ -29,10 +29,10 @@ pub(super) fn settle(scene: &Scene, mesh: &Mesh, surfaces: &mut Surfaces) -> Res
     for (channel, name) in scene.channels().iter().enumerate() {
         for part in closed_parts(mesh, |face| mesh.exchanges(face) && surfaces.is_white(face, channel)) {
             if part.iter().any(|&face| surfaces.emitted[face][channel] > 0.0) {
-                let mut of: Vec<usize> = part.iter().map(|&face| scene.faces()[face].surface()).collect();
-                of.sort_unstable();
-                of.dedup();
-                let surfaces = of.into_iter().map(|surface| scene.surfaces()[surface].name().to_owned()).collect();
+                let mut indices: Vec<usize> = part.iter().map(|&face| scene.faces()[face].surface()).collect();
+                indices.sort_unstable();
+                indices.dedup();
+                let surfaces = indices.into_iter().map(|surface| scene.surfaces()[surface].name().to_owned()).collect();
                 return Err(Error::Lossless { channel: name.clone(), surfaces });
             }
             part.into_iter().for_each(|face| surfaces.reflectance[face][channel] = 0.0);
@@ -57,14 +57,14 @@ fn closed_parts(mesh: &Mesh, is_meant: impl Fn(usize) -> bool) -> Vec<Vec<usize>
         let (across, along) = normal.any_orthonormal_pair();
         for index in 0..RAYS {
             let [s, t, x, y] = STEPS.map(|step| (0.5 + step * index as f64).fract());
-            let at = if element.shape() == Shape::Triangle && s + t > 1.0 { [1.0 - s, 1.0 - t] } else { [s, t] };
+            let place = if element.shape() == Shape::Triangle && s + t > 1.0 { [1.0 - s, 1.0 - t] } else { [s, t] };
             let [x, y] = [x, y].map(|place| 2.0 * place - 1.0);
             let square = x * x + y * y;
             if square >= 1.0 {
                 continue;
             }
             let toward = across * x + along * y + normal * (1.0 - square).sqrt();
-            match mesh.front_met(element.point(at), toward, Some(face)) {
+            match mesh.front_met(element.point(place), toward, Some(face)) {
                 Some((other, _)) if is_meant[other] => {
                     let [a, b] = [face, other].map(|face| last(&next, face));
                     next[a] = b;
@@ -91,14 +91,14 @@ fn last(next: &[usize], mut face: usize) -> usize {
 
 /// Whether a part that no ray leaves has no hole that areas tell of, and no other face within the box around it.
 fn is_closed(mesh: &Mesh, part: &[usize]) -> bool {
-    let of = |face: usize| &mesh.polygons()[face];
-    let (sum, area) = part
-        .iter()
-        .fold((DVec3::ZERO, 0.0), |(sum, area), &face| (sum + of(face).normal() * of(face).area(), area + of(face).area()));
-    let vertices: Vec<DVec3> = part.iter().flat_map(|&face| of(face).vertices()).copied().collect();
+    let polygon = |face: usize| &mesh.polygons()[face];
+    let (sum, area) = part.iter().fold((DVec3::ZERO, 0.0), |(sum, area), &face| {
+        (sum + polygon(face).normal() * polygon(face).area(), area + polygon(face).area())
+    });
+    let vertices: Vec<DVec3> = part.iter().flat_map(|&face| polygon(face).vertices()).copied().collect();
     let [low, high] = around(&vertices);
     let within = ROUNDING * (high - low).max_element();
     let is_inside = |v: &DVec3| v.cmpgt(low + within).all() && v.cmplt(high - within).all();
     let mut others = (0..mesh.polygons().len()).filter(|face| !part.contains(face));
-    sum.length() <= ROUNDING * area && !others.any(|face| of(face).vertices().iter().any(is_inside))
+    sum.length() <= ROUNDING * area && !others.any(|face| polygon(face).vertices().iter().any(is_inside))
 }

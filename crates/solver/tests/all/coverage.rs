@@ -23,7 +23,7 @@ impl Random {
 
 /// The faces of a box of this size around the origin's corner, seen from inside, or of a box in it, seen from outside.
 fn faces(low: DVec3, high: DVec3, inside: bool) -> Vec<[DVec3; 4]> {
-    let at = |i: usize| {
+    let corner = |i: usize| {
         let pick = |bit: usize, l: f64, h: f64| if i >> bit & 1 == 1 { h } else { l };
         DVec3::new(pick(0, low.x, high.x), pick(1, low.y, high.y), pick(2, low.z, high.z))
     };
@@ -32,7 +32,7 @@ fn faces(low: DVec3, high: DVec3, inside: bool) -> Vec<[DVec3; 4]> {
         if !inside {
             quad.reverse();
         }
-        quad.map(at)
+        quad.map(corner)
     };
     quads.into_iter().map(turned).collect()
 }
@@ -71,8 +71,8 @@ fn in_rooms_of_random_shape_that_glow_evenly_nothing_is_off_by_more_than_is_esti
         let solution = solve(&scene, &options, |_| true).unwrap();
         for polygon in &polygons {
             let gathered = solution.gather(point_on(polygon, &mut random), polygon.normal()).unwrap();
-            let off = (gathered.radiosity[0] - 1.0).abs();
-            assert!(off <= 2.0 * gathered.estimate[0].total() && off < 1e-9, "{off:e} {:?}", gathered.estimate[0]);
+            let error = (gathered.radiosity[0] - 1.0).abs();
+            assert!(error <= 2.0 * gathered.estimate[0].total() && error < 1e-9, "{error:e} {:?}", gathered.estimate[0]);
         }
     }
 }
@@ -111,19 +111,19 @@ fn among_many_boxes_that_glow_evenly_estimates_cover_what_is_neglected_of_cluste
         let options = Options { error, degree: Some(0), first_elements: 1, most_elements: 0, ..Options::default() };
         let solution = solve(&scene, &options, |_| true).unwrap();
         links.push(solution.progress().links);
-        let (mut off, mut estimate, mut beyond) = (0.0, 0.0, 0);
+        let (mut mean_error, mut estimate, mut exceeding) = (0.0, 0.0, 0);
         let some: Vec<&Polygon> = polygons.iter().step_by(7).collect();
         for &polygon in &some {
             let gathered = solution.gather(point_on(polygon, &mut random), polygon.normal()).unwrap();
             let (here, likely) = ((gathered.radiosity[0] - 1.0).abs(), gathered.estimate[0].total());
-            beyond += usize::from(here > 2.0 * likely);
-            (off, estimate) = (off + here / some.len() as f64, estimate + likely / some.len() as f64);
+            exceeding += usize::from(here > 2.0 * likely);
+            (mean_error, estimate) = (mean_error + here / some.len() as f64, estimate + likely / some.len() as f64);
         }
         println!(
-            "{error}: {} links, {off:.1e} off, {estimate:.1e} estimated, {beyond} beyond twice that",
+            "{error}: {} links, {mean_error:.1e} off, {estimate:.1e} estimated, {exceeding} beyond twice that",
             links[links.len() - 1]
         );
-        assert!(off <= estimate && 20 * beyond <= some.len(), "{off:e} {estimate:e} {beyond}");
+        assert!(mean_error <= estimate && 20 * exceeding <= some.len(), "{mean_error:e} {estimate:e} {exceeding}");
     }
     // Clusters are in force.
     assert!(links[0] <= links[1] && 4 * links[1] < polygons.len() * polygons.len(), "{links:?}");
@@ -147,22 +147,26 @@ fn references() -> Vec<[f64; 12]> {
 
 /// Mean error and mean estimate at the points of reference, over the mean radiosity that is reflected, the worst of the channels.
 fn compared(solution: &Solution) -> [f64; 2] {
-    let (mut errors, mut estimates, mut beyond) = ([0.0; 3], [0.0; 3], 0);
+    let (mut errors, mut estimates, mut exceeding) = ([0.0; 3], [0.0; 3], 0);
     let references = references();
     for r in &references {
         let gathered = solution.gather([r[0], r[1], r[2]].into(), [r[3], r[4], r[5]].into()).unwrap();
         for channel in 0..3 {
-            let off = (gathered.radiosity[channel] - r[6 + channel]).abs();
+            let error = (gathered.radiosity[channel] - r[6 + channel]).abs();
             let estimate = gathered.estimate[channel].total();
-            beyond += usize::from(off > 2.0 * estimate + r[9 + channel]);
-            errors[channel] += off;
+            exceeding += usize::from(error > 2.0 * estimate + r[9 + channel]);
+            errors[channel] += error;
             estimates[channel] += estimate;
         }
     }
-    assert!(20 * beyond <= 3 * references.len(), "{beyond} of {} are off by more than twice the estimate", 3 * references.len());
+    assert!(
+        20 * exceeding <= 3 * references.len(),
+        "{exceeding} of {} are off by more than twice the estimate",
+        3 * references.len()
+    );
     let worst = |sums: [f64; 3]| {
-        let of = |channel: usize| sums[channel] / references.len() as f64 / solution.reflected()[channel];
-        largest(largest(of(0), of(1)), of(2))
+        let relative_error = |channel: usize| sums[channel] / references.len() as f64 / solution.reflected()[channel];
+        largest(largest(relative_error(0), relative_error(1)), relative_error(2))
     };
     [worst(errors), worst(estimates)]
 }
@@ -173,9 +177,9 @@ fn solutions_of_the_cornell_box_are_within_their_estimates_of_a_far_finer_one() 
         // The estimate is that of the mean error of gathers.
         let options = Options { error, degree: Some(degree), marking: Marking::Gradient, ..Options::default() };
         let solution = solve(&cornell(), &options, |_| true).unwrap();
-        let [off, estimate] = compared(&solution);
+        let [gather_error, estimate] = compared(&solution);
         let stated = solution.progress().estimate;
-        println!("degree {degree}: {off:.1e} off, {stated:.1e} stated in the mean, {estimate:.1e} at points");
-        assert!(stated <= error && off <= stated && off > 1e-7, "{off:e} {stated:e}");
+        println!("degree {degree}: {gather_error:.1e} gather_error, {stated:.1e} stated in the mean, {estimate:.1e} at points");
+        assert!(stated <= error && gather_error <= stated && gather_error > 1e-7, "{gather_error:e} {stated:e}");
     }
 }

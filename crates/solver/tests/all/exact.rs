@@ -77,13 +77,14 @@ fn in_a_low_box_of_single_elements_the_estimate_is_finite_and_true() {
         let low = |quad: Quad| quad.map(|[x, y, z]| [x, y, height * z]);
         let faces: Vec<_> = [FLOOR, CEILING].into_iter().chain(SIDES).zip([1.0, 0.0, 0.0, 0.0, 0.0, 0.0]).collect();
         let faces: Vec<_> = faces.into_iter().map(|(quad, emitted)| (low(quad), 0.5, emitted)).collect();
-        let of = |options: Options| {
+        let mean_and_estimate = |options: Options| {
             let solution = solved(&faces, &options);
             (solution.mean()[0], solution.mean_estimate()[0].total())
         };
-        let (truth, _) = of(Options { error: 1e-3, ..Options::default() });
+        let (truth, _) = mean_and_estimate(Options { error: 1e-3, ..Options::default() });
         for degree in 0..=2 {
-            let (mean, estimate) = of(Options { error: 1.0, degree: Some(degree), first_elements: 1, ..Options::default() });
+            let (mean, estimate) =
+                mean_and_estimate(Options { error: 1.0, degree: Some(degree), first_elements: 1, ..Options::default() });
             println!("{height} {degree}: {:.1e} off, {estimate:.1e} estimated", (mean - truth).abs());
             assert!(
                 (mean - truth).abs() < 2.0 * estimate && estimate < 0.5 * mean,
@@ -98,8 +99,8 @@ fn two_squares_that_face_each_other_have_the_known_radiosity() {
     let faces = [(FLOOR, 0.5, 1.0), (CEILING, 0.5, 1.0)];
     for degree in 0..=3 {
         let solution = solved(&faces, &Options { degree: Some(degree), ..Options::default() });
-        let known = [([0.5, 0.5, 0.0], 1.133_303_564_992_420_8), ([0.0, 0.0, 0.0], 1.076_981_393_145_044_5)];
-        for (point, exact) in known {
+        let references = [([0.5, 0.5, 0.0], 1.133_303_564_992_420_8), ([0.0, 0.0, 0.0], 1.076_981_393_145_044_5)];
+        for (point, exact) in references {
             let (value, index) = checked(&solution, point, [0.0, 0.0, 1.0], exact);
             // Degree 2 is the default in scenes without shadows.
             let promised = if degree >= 2 { 1e-6 } else { 1e-3 };
@@ -160,11 +161,11 @@ fn at_the_apex_of_a_groove_the_radiosity_is_that_of_a_wedge() {
 fn the_estimate_of_the_mean_is_its_error_in_lit_cubes_between_squares_and_in_a_groove() {
     let held = |name: &str, faces: &[(Quad, f64, f64)], exact: f64| {
         let solution = solved(faces, &Options { error: 0.05, ..Options::default() });
-        let (off, estimate) = (solution.mean()[0] - exact, solution.mean_estimate()[0].total());
-        println!("{name}: {off:.2e} off, estimated {estimate:.2e}");
+        let (error, estimate) = (solution.mean()[0] - exact, solution.mean_estimate()[0].total());
+        println!("{name}: {error:.2e} off, estimated {estimate:.2e}");
         // What is found of the error is in the mean: where that is all of it, or what the sweeps leave, a hundred-thousandth is no error.
-        let is_least = off.abs() < 1e-5 * exact && estimate < 1e-5 * exact;
-        assert!(is_least || (0.7..5.0).contains(&(estimate / off.abs())), "{name}: {off:e} off, estimated {estimate:e}");
+        let is_least = error.abs() < 1e-5 * exact && estimate < 1e-5 * exact;
+        assert!(is_least || (0.7..5.0).contains(&(estimate / error.abs())), "{name}: {error:e} off, estimated {estimate:e}");
     };
     for rho in [0.5, 0.9, 0.99] {
         let lit: Vec<_> = SIDES.into_iter().chain([FLOOR]).map(|quad| (quad, rho, 0.0)).chain([(CEILING, rho, 1.0)]).collect();
@@ -181,14 +182,14 @@ fn polynomials_converge_with_the_order_of_their_degree() {
     let faces = [(FLOOR, 0.5, 1.0), (CEILING, 0.5, 1.0)];
     for degree in 0..=3 {
         // The centre is a corner of four elements, where polynomials are off most.
-        let off = |first_elements: usize| {
+        let error = |first_elements: usize| {
             let options = Options { error: 1e-7, degree: Some(degree), first_elements, most_elements: 1, ..Options::default() };
             let solution = solved(&faces, &options);
             let leaf = solution.gather(DVec3::new(0.499_999, 0.499_999, 0.0), DVec3::Z).unwrap().leaf;
-            let at = solution.mesh().elements()[leaf].reference(DVec3::new(0.5, 0.5, 0.0));
-            (solution.value_on(leaf, 0, at) - 1.133_303_564_992_420_8).abs()
+            let place = solution.mesh().elements()[leaf].reference(DVec3::new(0.5, 0.5, 0.0));
+            (solution.value_on(leaf, 0, place) - 1.133_303_564_992_420_8).abs()
         };
-        let order = (off(8) / off(32)).log2();
+        let order = (error(8) / error(32)).log2();
         println!("degree {degree}: order {order:.2}");
         let expected = f64::from(u32::try_from(degree).unwrap()) + 1.0;
         assert!(order > expected - 0.35, "degree {degree}: order {order}");
@@ -219,9 +220,12 @@ fn the_estimate_at_points_does_not_grow_with_the_brightness_of_a_spot_below_a_sm
     let point = DVec3::new(0.159_738_914_637_078_57, 0.638_790_212_777_912_6, 1.0);
     let gathered = solution.gather(point, -DVec3::Z).unwrap();
     // By random walks that share no code with the solver, with their standard error.
-    let (known, off) = (0.289_448, 2.9e-4);
+    let (reference, margin) = (0.289_448, 2.9e-4);
     let (value, estimate) = (gathered.radiosity[0], gathered.estimate[0].total());
-    assert!((value - known).abs() <= 2.0 * estimate + 4.0 * off, "{value} is not {known}, with an estimate of {estimate:e}");
+    assert!(
+        (value - reference).abs() <= 2.0 * estimate + 4.0 * margin,
+        "{value} is not {reference}, with an estimate of {estimate:e}"
+    );
     assert!(estimate <= 0.05 * value, "an estimate of {estimate:e} of {value}");
 }
 
@@ -259,10 +263,13 @@ fn light_through_a_slit_is_found_by_few_elements() {
     assert!(progress.estimate <= options.error && progress.elements < 2000, "{progress:?}");
     let gathered = solution.gather([4.0, 1.497_987_062_351_529_5, 2.230_692_016_149_782].into(), -DVec3::X).unwrap();
     // By random walks that share no code with the solver, with their standard error.
-    let (known, off) = (0.176_834, 4.7e-4);
+    let (reference, margin) = (0.176_834, 4.7e-4);
     let (value, estimate) = (gathered.radiosity[0], gathered.estimate[0].total());
-    assert!((value - known).abs() <= 2.0 * estimate + 4.0 * off, "{value} is not {known}, with an estimate of {estimate:e}");
-    assert!((value - known).abs() <= 0.05 * known, "{value} is not {known}");
+    assert!(
+        (value - reference).abs() <= 2.0 * estimate + 4.0 * margin,
+        "{value} is not {reference}, with an estimate of {estimate:e}"
+    );
+    assert!((value - reference).abs() <= 0.05 * reference, "{value} is not {reference}");
 }
 
 /// A lamp of 8 cm at the top of a shade as wide, 8 cm over the floor of a room: the shade's vertical edges touch all lines of sight to the
@@ -283,7 +290,10 @@ fn a_lamp_in_a_shade_that_meets_it_takes_few_elements() {
     let progress = solution.progress();
     assert!(progress.estimate <= options.error && progress.elements < 1000, "{progress:?}");
     // By random walks that share no code with the solver, with their standard error.
-    let (known, off) = (2.143_82, 1.5e-3);
+    let (reference, margin) = (2.143_82, 1.5e-3);
     let (mean, estimate) = (solution.mean()[0], solution.mean_estimate()[0].total());
-    assert!((mean - known).abs() <= 2.0 * estimate + 4.0 * off, "{mean} is not {known}, with an estimate of {estimate:e}");
+    assert!(
+        (mean - reference).abs() <= 2.0 * estimate + 4.0 * margin,
+        "{mean} is not {reference}, with an estimate of {estimate:e}"
+    );
 }

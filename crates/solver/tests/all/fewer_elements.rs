@@ -22,8 +22,8 @@ fn places(mesh: &Mesh) -> Vec<Place> {
         let mut k = 0.5;
         while k < count {
             let [a, b] = [0.754_877_666_246_692_7 * k, 0.569_840_290_998_053_2 * k].map(f64::fract);
-            let at = if element.shape() == Shape::Triangle && a + b > 1.0 { [1.0 - a, 1.0 - b] } else { [a, b] };
-            places.push(Place { face: element.face(), point: element.point(at), share: element.area() / count / total });
+            let place = if element.shape() == Shape::Triangle && a + b > 1.0 { [1.0 - a, 1.0 - b] } else { [a, b] };
+            places.push(Place { face: element.face(), point: element.point(place), share: element.area() / count / total });
             k += 1.0;
         }
     }
@@ -66,19 +66,19 @@ fn uniform_division_needs_three_times_the_elements_of_the_gradient_and_that_twic
     let gather = |place: &Place| uniform.gather(place.point, uniform.mesh().polygons()[place.face].normal()).unwrap().radiosity;
     let exact: Vec<Vec<f64>> = places.par_iter().map(gather).collect();
     let mesh = |solution: &Solution| (solution.progress().elements as f64, over_channels(&true_error(solution, &places, &exact)));
-    let (even, off) = mesh(&uniform);
+    let (even, uniform_error) = mesh(&uniform);
     let mut by_gradient = Vec::new();
     let options = Options { error: 0.006, first_elements: 1, most_elements: 2000, marking: Marking::Gradient, ..rough };
     solve(&scene, &options, |solution| {
         by_gradient.push(mesh(solution));
-        by_gradient.last().is_some_and(|last| last.1 > off)
+        by_gradient.last().is_some_and(|last| last.1 > uniform_error)
     })
     .unwrap();
-    let gradient = elements_for(off, &by_gradient).unwrap();
+    let gradient = elements_for(uniform_error, &by_gradient).unwrap();
     let most_elements = (1..2000_usize).take_while(|&count| 2.0 * count as f64 <= gradient).count();
     let options = Options { error: 0.001, most_elements, marking: Marking::Shadows, ..options };
     let (shadows, of_shadows) = mesh(&solve(&scene, &options, |_| false).unwrap());
-    println!("{off:.3e} with {even} alike, {gradient:.0} by the gradient; {of_shadows:.3e} with {shadows} along lines");
-    assert!(even >= 3.0 * gradient, "{by_gradient:?} against {even} with {off}");
-    assert!(of_shadows <= off, "{of_shadows} with {shadows}, {off} with {gradient}");
+    println!("{uniform_error:.3e} with {even} alike, {gradient:.0} by the gradient; {of_shadows:.3e} with {shadows} along lines");
+    assert!(even >= 3.0 * gradient, "{by_gradient:?} against {even} with {uniform_error}");
+    assert!(of_shadows <= uniform_error, "{of_shadows} with {shadows}, {uniform_error} with {gradient}");
 }

@@ -27,10 +27,10 @@ fn what_is_drawn_of_polynomials_is_nowhere_negative_and_keeps_their_means() {
             }
             // Both are polynomials of degree 2, and the mean of one is that of the other.
             let mean = |of: &[f64]| of.iter().sum::<f64>() / of.len() as f64;
-            let off = (mean(&before) - mean(&after)).abs();
+            let error = (mean(&before) - mean(&after)).abs();
             assert!(
-                is_triangle || off <= 0.02 * before.iter().fold(0.0, |most, value| largest(most, value.abs())),
-                "{leaf}: {off}"
+                is_triangle || error <= 0.02 * before.iter().fold(0.0, |most, value| largest(most, value.abs())),
+                "{leaf}: {error}"
             );
         }
     }
@@ -43,7 +43,7 @@ fn the_gradient_of_a_gather_is_that_of_its_values() {
     let scene = Scene::read(file, Degenerate::Refuse).unwrap();
     let options = Options { error: 0.5, degree: Some(1), first_elements: 1, most_elements: 1, ..Options::default() };
     let solution = solve(&scene, &options, |_| true).unwrap();
-    let mut seen = 0;
+    let mut checked = 0;
     for leaf in solution.mesh().leaves() {
         let element = &solution.mesh().elements()[leaf];
         let centre = element.point([0.29, 0.33]);
@@ -57,8 +57,8 @@ fn the_gradient_of_a_gather_is_that_of_its_values() {
             let slope = gradients[channel].dot(u);
             let scale = solution.mean()[channel] + difference.abs();
             assert!((slope - difference).abs() <= 1e-3 * scale, "leaf {leaf} channel {channel}: {slope} and {difference}");
-            seen += usize::from(difference.abs() > 1e-2 * scale);
+            checked += usize::from(difference.abs() > 1e-2 * scale);
         }
     }
-    assert!(seen > 20, "{seen}");
+    assert!(checked > 20, "{checked}");
 }

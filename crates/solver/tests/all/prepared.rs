@@ -34,8 +34,8 @@ fn a_scene_that_is_shifted_exactly_has_the_same_answers_within_their_estimates()
         assert!((solution.reflected()[0] / (0.25 * FACTOR) - 1.0).abs() <= 1e-3, "{shift:e}: {:?}", solution.mean());
         let middle = solution.gather(DVec3::new(shift + 0.5, shift + 0.5, shift), DVec3::Z).unwrap();
         let (value, estimate) = (middle.radiosity[0], middle.estimate[0].total());
-        let off = (value - 0.5 * FROM_MIDDLE).abs();
-        assert!(off <= 2.0 * estimate + 1e-12 && estimate < 1e-3, "{shift:e}: {value} +- {estimate:e}");
+        let error = (value - 0.5 * FROM_MIDDLE).abs();
+        assert!(error <= 2.0 * estimate + 1e-12 && estimate < 1e-3, "{shift:e}: {value} +- {estimate:e}");
         assert_eq!(solution.warnings().is_empty(), shift < 1e9, "{shift:e}");
     }
 }
@@ -43,13 +43,13 @@ fn a_scene_that_is_shifted_exactly_has_the_same_answers_within_their_estimates()
 #[test]
 fn a_unit_that_is_another_power_of_two_changes_no_digit() {
     let (here, options) = (squares(|x| x, 1.0), Options { degree: Some(1), error: 1e-2, ..Options::default() });
-    let known = solve(&here, &options, |_| true).unwrap();
+    let reference = solve(&here, &options, |_| true).unwrap();
     for exponent in [-700, -520, -400, -65, -30, 30, 65, 400, 520, 700] {
         let unit = 2f64.powi(exponent);
         let solution = solve(&squares(|x| x * unit, 1.0), &options, |_| true).unwrap();
-        assert_eq!((solution.mean(), solution.mean_estimate()), (known.mean(), known.mean_estimate()), "2^{exponent}");
-        let at = |solution: &Solution, unit: f64| solution.gather(DVec3::new(0.3 * unit, 0.6 * unit, 0.0), DVec3::Z).unwrap();
-        assert_eq!(at(&solution, unit), at(&known, 1.0), "2^{exponent}");
+        assert_eq!((solution.mean(), solution.mean_estimate()), (reference.mean(), reference.mean_estimate()), "2^{exponent}");
+        let gather = |solution: &Solution, unit: f64| solution.gather(DVec3::new(0.3 * unit, 0.6 * unit, 0.0), DVec3::Z).unwrap();
+        assert_eq!(gather(&solution, unit), gather(&reference, 1.0), "2^{exponent}");
         let error = solution.gather(DVec3::splat(0.5 * unit), DVec3::Z).unwrap_err();
         assert!(matches!(error, Error::NoFace { reach, .. } if reach == 1e-6 * unit), "{error}");
     }

@@ -70,9 +70,9 @@ fn errors(degree: usize, marking: Marking, exact: &[(DVec3, f64)]) -> ([f64; 2],
             ..Options::default()
         };
         let solution = solve(&scene(), &options, |_| false).unwrap();
-        let off = error(&solution, exact);
-        println!("degree {degree}: {} elements, {off:.3e}", solution.progress().elements);
-        (off, solution)
+        let rms_error = error(&solution, exact);
+        println!("degree {degree}: {} elements, {rms_error:.3e}", solution.progress().elements);
+        (rms_error, solution)
     });
     ([coarse.0, fine.0], fine.1)
 }
@@ -94,9 +94,9 @@ fn past_a_shadow_edge_errors_fall_with_the_order_of_the_basis() {
         // The kink keeps the order at 3/2 at most; constants do not notice it.
         assert!(degree == 0 || without < degree as f64 + 0.75, "degree {degree}: order {without} without lines");
         for (place, value) in exact.iter().step_by(160) {
-            let found = solution.gather(*place, DVec3::Z).unwrap();
-            let (off, estimate) = ((found.radiosity[0] - value).abs(), found.estimate[0].total());
-            assert!(off <= 2.0 * estimate, "degree {degree} at {place}: {off} above twice the estimate {estimate}");
+            let gather = solution.gather(*place, DVec3::Z).unwrap();
+            let (error, estimate) = ((gather.radiosity[0] - value).abs(), gather.estimate[0].total());
+            assert!(error <= 2.0 * estimate, "degree {degree} at {place}: {error} above twice the estimate {estimate}");
         }
     }
 }

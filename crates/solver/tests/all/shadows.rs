@@ -22,10 +22,10 @@ fn a_rough_and_a_finer_solution_of_the_cornell_box_agree_within_their_estimates(
             let normal = face.polygon().normal();
             let (p, q) = (rough.gather(point, normal).unwrap(), finer.gather(point, normal).unwrap());
             for channel in 0..3 {
-                let off = (p.radiosity[channel] - q.radiosity[channel]).abs();
+                let error = (p.radiosity[channel] - q.radiosity[channel]).abs();
                 let estimates = p.estimate[channel].total() + q.estimate[channel].total();
-                assert!(off <= 2.0 * estimates, "face {} channel {channel}: {off} above twice {estimates}", p.face);
-                seen += usize::from(off > 0.01 * estimates);
+                assert!(error <= 2.0 * estimates, "face {} channel {channel}: {error} above twice {estimates}", p.face);
+                seen += usize::from(error > 0.01 * estimates);
             }
             points += 1;
         }

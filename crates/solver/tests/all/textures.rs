@@ -57,8 +57,8 @@ fn a_furnace_with_textures_glows_evenly() {
         for point in [[0.5, 0.5, 0.0], [0.01, 0.02, 0.0], [0.999, 0.3, 0.0], [0.42, 0.77, 0.0]] {
             let gathered = solution.gather(point.into(), DVec3::Z).unwrap();
             let (value, estimate) = (gathered.radiosity[0], gathered.estimate[0].total());
-            let off = (value - 1.0).abs();
-            assert!(off < 1e-10 && off <= 2.0 * estimate, "degree {degree}: {value} {estimate:e}");
+            let error = (value - 1.0).abs();
+            assert!(error < 1e-10 && error <= 2.0 * estimate, "degree {degree}: {value} {estimate:e}");
         }
         let leaf = solution.mesh().leaves().last().unwrap();
         let value = solution.value_on(leaf, 0, [0.3, 0.3]);
@@ -114,10 +114,10 @@ fn checked(textured: &Solution, faces: &Solution) -> f64 {
         for (z, normal) in [(0.0, DVec3::Z), (1.0, -DVec3::Z)] {
             let point = DVec3::new(0.035 + 0.11 * f64::from(i), 0.96 - 0.1 * f64::from(i), z);
             let (a, b) = (textured.gather(point, normal).unwrap(), faces.gather(point, normal).unwrap());
-            let off = (a.radiosity[0] - b.radiosity[0]).abs();
+            let error = (a.radiosity[0] - b.radiosity[0]).abs();
             let estimates = a.estimate[0].total() + b.estimate[0].total();
-            assert!(off <= 2.0 * estimates, "{point}: {} {} {estimates:e}", a.radiosity[0], b.radiosity[0]);
-            worst = largest(worst, off);
+            assert!(error <= 2.0 * estimates, "{point}: {} {} {estimates:e}", a.radiosity[0], b.radiosity[0]);
+            worst = largest(worst, error);
         }
     }
     worst
@@ -144,8 +144,8 @@ fn a_texture_under_a_lamp_is_the_same_as_a_face_for_each_texel() {
         };
         let (textured, faces) = (solved(true), solved(false));
         assert!(checked(&textured, &faces) < 0.05 * faces.mean()[0], "degree {degree}");
-        let off = (textured.mean()[0] - faces.mean()[0]).abs();
-        assert!(off < 0.05 * faces.mean()[0], "degree {degree}: {off} {:?}", textured.mean());
+        let error = (textured.mean()[0] - faces.mean()[0]).abs();
+        assert!(error < 0.05 * faces.mean()[0], "degree {degree}: {error} {:?}", textured.mean());
     }
 }
 
@@ -160,16 +160,16 @@ fn polynomials_and_textures_on_leaves_are_within_their_estimates() {
 fn within_estimates(solution: &Solution) {
     let mut nearest = 0.0_f64;
     for leaf in solution.mesh().leaves() {
-        let most = solution.estimate_on(leaf)[0].total();
+        let estimate_on_leaf = solution.estimate_on(leaf)[0].total();
         let irradiance = solution.irradiance_on(leaf, 0);
         for at in [[0.1, 0.2], [0.55, 0.9], [0.8, 0.3]] {
             let exact = solution.gather_on(leaf, solution.mesh().elements()[leaf].point(at)).unwrap();
             let (value, estimate) = (exact.radiosity[0], exact.estimate[0].total());
-            let off = (solution.value_on(leaf, 0, at) - value).abs();
-            assert!(off <= most + 2.0 * estimate, "{leaf} {at:?}: {off} {most}");
+            let error = (solution.value_on(leaf, 0, at) - value).abs();
+            assert!(error <= estimate_on_leaf + 2.0 * estimate, "{leaf} {at:?}: {error} {estimate_on_leaf}");
             let fine = (solution.textured_on(leaf, 0, &irradiance, at) - value).abs();
-            assert!(fine <= most + 2.0 * estimate, "{leaf} {at:?}: {fine} {most}");
-            nearest = largest(nearest, off / most);
+            assert!(fine <= estimate_on_leaf + 2.0 * estimate, "{leaf} {at:?}: {fine} {estimate_on_leaf}");
+            nearest = largest(nearest, error / estimate_on_leaf);
         }
     }
     assert!(nearest > 0.2, "an estimate that nothing comes near would say little: {nearest}");
@@ -197,9 +197,9 @@ fn texels_that_reflect_nearly_everything_or_nothing_leave_an_estimate_in_every_c
         let (a, b) = (rough.gather(point.into(), DVec3::Z).unwrap(), fine.gather(point.into(), DVec3::Z).unwrap());
         for channel in 0..2 {
             let estimates = [&a, &b].map(|gathered| gathered.estimate[channel].total());
-            let off = (a.radiosity[channel] - b.radiosity[channel]).abs();
-            let most = 2.0 * (estimates[0] + estimates[1]);
-            assert!(most.is_finite() && off <= most, "{point:?} {channel}: {off} {estimates:?}");
+            let error = (a.radiosity[channel] - b.radiosity[channel]).abs();
+            let allowed = 2.0 * (estimates[0] + estimates[1]);
+            assert!(allowed.is_finite() && error <= allowed, "{point:?} {channel}: {error} {estimates:?}");
         }
     }
     for (channel, (rough_mean, fine_mean)) in rough.mean().iter().zip(fine.mean()).enumerate() {

@@ -43,14 +43,14 @@ fn errors(solution: &Solution) -> [f64; 3] {
     for (s, v) in &line {
         for (t, w) in &line {
             let exact = solution.gather_on(0, DVec3::new(*s, *t, 0.0)).unwrap().radiosity[0];
-            let off = (solution.value_on(0, 0, [*s, *t]) - exact).abs();
+            let error = (solution.value_on(0, 0, [*s, *t]) - exact).abs();
             (mean, square) = (mean + v * w * exact, square + v * w * exact * exact);
-            (first, second) = (first + v * w * off, second + v * w * off * off);
+            (first, second) = (first + v * w * error, second + v * w * error * error);
             best.iter_mut().zip(basis.values([*s, *t])).for_each(|(c, b)| *c += v * w * b * exact);
         }
     }
-    let left = largest(square - best.iter().map(|c| c * c).sum::<f64>(), 0.0);
-    [first / mean, second.sqrt() / mean, left.sqrt() / mean]
+    let residual = largest(square - best.iter().map(|c| c * c).sum::<f64>(), 0.0);
+    [first / mean, second.sqrt() / mean, residual.sqrt() / mean]
 }
 
 #[test]
@@ -63,8 +63,8 @@ fn errors_at_gap_1_are_below_those_that_zatz_has() {
         assert!(mean <= published, "degree {degree}: {mean:e}");
         for at in [[0.1, 0.2], [0.5, 0.5], [0.97, 0.4]] {
             let exact = solution.gather_on(0, DVec3::new(at[0], at[1], 0.0)).unwrap().radiosity[0];
-            let off = (solution.value_on(0, 0, at) - exact).abs();
-            assert!(off <= solution.estimate_on(0)[0].total(), "degree {degree} at {at:?}: {off:e}");
+            let error = (solution.value_on(0, 0, at) - exact).abs();
+            assert!(error <= solution.estimate_on(0)[0].total(), "degree {degree} at {at:?}: {error:e}");
         }
     }
 }

@@ -63,8 +63,8 @@ impl Plane {
     fn lever(&self, point: DVec3, most: f64) -> f64 {
         let [a, b, c] = self.base;
         let across = |p: DVec3, q: DVec3, r: DVec3| self.normal.dot((q - p).cross(r - p));
-        let all = across(a, b, c);
-        let sum = (across(point, b, c).abs() + across(a, point, c).abs() + across(a, b, point).abs()) / all.abs();
+        let area = across(a, b, c);
+        let sum = (across(point, b, c).abs() + across(a, point, c).abs() + across(a, b, point).abs()) / area.abs();
         // Not a number, where the base has no area, is the most.
         if sum <= most { sum } else { most }
     }
@@ -114,8 +114,8 @@ impl Plane {
     /// Leaves out faces with a vertex that is farther off than rounding explains, and returns them.
     fn leave_out(&mut self, positions: &[DVec3], faces: &[Vec<usize>], rounding: f64) -> Vec<usize> {
         let [x, y, z] = self.normal.abs().to_array();
-        let most = RESIDUAL * rounding * (x + y + z);
-        let is_on = |face: &usize| faces[*face].iter().all(|&vertex| self.height(positions[vertex]).abs() <= most);
+        let tolerance = RESIDUAL * rounding * (x + y + z);
+        let is_on = |face: &usize| faces[*face].iter().all(|&vertex| self.height(positions[vertex]).abs() <= tolerance);
         let (kept, left_out): (Vec<usize>, Vec<usize>) = self.faces.iter().copied().partition(is_on);
         if !left_out.is_empty() {
             self.vertices = kept.iter().flat_map(|&face| faces[face].iter().copied()).collect();
@@ -133,7 +133,7 @@ pub(super) struct Planes {
 
 impl Planes {
     /// The planes of faces, each given by its vertices, around the middle of all of them.
-    pub(super) fn of(positions: &[DVec3], faces: &[Vec<usize>], rounding: f64) -> Self {
+    pub(super) fn fit(positions: &[DVec3], faces: &[Vec<usize>], rounding: f64) -> Self {
         let outline = |face: &Vec<usize>| -> Vec<DVec3> { face.iter().map(|&vertex| positions[vertex]).collect() };
         let widths: Vec<f64> = faces.iter().map(|face| width(&outline(face))).collect();
         let mut order: Vec<usize> = (0..faces.len()).filter(|&face| widths[face] > 0.0).collect();
@@ -186,8 +186,8 @@ impl Planes {
             planes.sort_by_key(|plane| std::cmp::Reverse(plane.vertices.len()));
             let motion = onto(&planes, position);
             let first = onto(&planes[..1], position);
-            let most = FARTHEST * rounding;
-            moved.extend([motion, first].into_iter().find(|motion| motion.length() <= most).map(|motion| (vertex, motion)));
+            let farthest = FARTHEST * rounding;
+            moved.extend([motion, first].into_iter().find(|motion| motion.length() <= farthest).map(|motion| (vertex, motion)));
         }
         moved.sort_by_key(|(vertex, _)| *vertex);
         moved

@@ -32,7 +32,7 @@ pub(crate) struct Frame {
 impl Frame {
     /// Of the plane through the first vertex of an outline, which has this normal. The longest edge is along the first axis, so that
     /// boxes tell boards apart. Lengths are multiplied by a power of two.
-    pub(crate) fn of(outline: &[DVec3], normal: DVec3, power: f64) -> Self {
+    pub(crate) fn new(outline: &[DVec3], normal: DVec3, power: f64) -> Self {
         let edge = |i: usize| (outline[(i + 1) % outline.len()] - outline[i]) * power;
         let longest = (0..outline.len()).map(edge).max_by(|a, b| a.length_squared().total_cmp(&b.length_squared()));
         let along = longest.unwrap_or(DVec3::ZERO);
@@ -68,8 +68,8 @@ pub(crate) struct Corner {
 impl Corner {
     fn between(here: Self, next: Self, share: f64) -> Self {
         let mix = |a: f64, b: f64| a + share * (b - a);
-        let at = [0, 1].map(|k| mix(here.at[k], next.at[k]));
-        Self { at, height: mix(here.height, next.height), point: here.point + (next.point - here.point) * share }
+        let mixed = [0, 1].map(|k| mix(here.at[k], next.at[k]));
+        Self { at: mixed, height: mix(here.height, next.height), point: here.point + (next.point - here.point) * share }
     }
 }
 
@@ -130,8 +130,8 @@ impl Part {
         let mut open = vec![(self, (0..others.len()).collect::<Vec<usize>>())];
         while let Some((piece, mut near)) = open.pop() {
             near.retain(|&other| piece.common(&others[other]).is_wide(tolerance));
-            let off = |other: usize| length(others[other].middle(), piece.middle());
-            let Some(first) = (0..near.len()).min_by(|&a, &b| off(near[a]).total_cmp(&off(near[b]))) else {
+            let distance = |other: usize| length(others[other].middle(), piece.middle());
+            let Some(first) = (0..near.len()).min_by(|&a, &b| distance(near[a]).total_cmp(&distance(near[b]))) else {
                 pieces.push(piece);
                 continue;
             };
@@ -186,8 +186,8 @@ fn halves(outline: &[Corner], [from, to]: [Corner; 2], tolerance: f64) -> [Vec<C
 
 /// Whether a simple outline is convex.
 pub(crate) fn is_convex(outline: &[Corner]) -> bool {
-    let at = |i: usize| outline[i % outline.len()].at;
-    (0..outline.len()).all(|i| turn(at(i), at(i + 1), at(i + 2)) >= 0.0)
+    let corner = |i: usize| outline[i % outline.len()].at;
+    (0..outline.len()).all(|i| turn(corner(i), corner(i + 1), corner(i + 2)) >= 0.0)
 }
 
 /// Whether an edge of a convex outline has it on its left, and another all but a strip of this width on its right.
@@ -215,12 +215,12 @@ fn distinct(mut outline: Vec<Corner>) -> Vec<Corner> {
 /// A vertex that is within the tolerance of the line between its neighbours makes no part of its own. `None` if the outline crosses or
 /// touches itself.
 pub(crate) fn convex_parts(vertices: &[DVec3], frame: &Frame, tolerance: f64) -> Option<Vec<Vec<usize>>> {
-    let at: Vec<[f64; 2]> = vertices.iter().map(|&v| frame.corner(v).at).collect();
+    let corners: Vec<[f64; 2]> = vertices.iter().map(|&v| frame.corner(v).at).collect();
     if vertices.len() == 3 {
         return Some(vec![vec![0, 1, 2]]);
     }
     let is_convex = |before: usize, vertex: usize, after: usize| {
-        let (a, b, c) = (at[before], at[vertex], at[after]);
+        let (a, b, c) = (corners[before], corners[vertex], corners[after]);
         let goes_on = (b[0] - a[0]) * (c[0] - b[0]) + (b[1] - a[1]) * (c[1] - b[1]) > 0.0;
         let turn = turn(a, b, c);
         turn >= 0.0 || goes_on && -turn <= tolerance * length(a, c)

@@ -50,10 +50,10 @@ fn notes(scene: &Scene) -> Vec<String> {
 fn areas(faces: &[(&str, f64, Vec<[f64; 2]>)]) -> Vec<f64> {
     let mut of_slanted = scene(faces, slanted);
     resolve(&mut of_slanted, 0.0, Overlaps::Nested).unwrap();
-    Prepared::of(&of_slanted).unwrap();
+    Prepared::new(&of_slanted).unwrap();
     let mut scene = scene(faces, flat);
     resolve(&mut scene, 0.0, Overlaps::Nested).unwrap();
-    Prepared::of(&scene).unwrap();
+    Prepared::new(&scene).unwrap();
     // A unit of the plane is `unit` in space.
     let unit = (slanted([1.0, 0.0]) - slanted([0.0, 0.0])).cross(slanted([0.0, 1.0]) - slanted([0.0, 0.0])).length();
     let areas: Vec<f64> = (0..scene.surfaces.len()).map(|surface| scene.area_of(surface)).collect();
@@ -71,12 +71,12 @@ fn a_wall_is_cut_around_its_window_whose_corners_it_takes_bit_for_bit() {
     assert_eq!(notes(&scene), ["a.obj:1: a face of `wall` is cut into 4 pieces around a face of `window` (a.obj:2)"]);
     assert_eq!((scene.surfaces[0].faces(), scene.surfaces[1].faces()), (&[0, 1, 2, 3][..], &[4][..]));
     for corner in window {
-        let at = |face: usize| scene.faces[face].polygon.vertices().contains(&slanted(corner));
-        assert!((0..4).any(at), "{corner:?}");
+        let has_corner = |face: usize| scene.faces[face].polygon.vertices().contains(&slanted(corner));
+        assert!((0..4).any(has_corner), "{corner:?}");
     }
     let place = scene.faces[3].place().cloned();
     assert_eq!(place, Some(Place::new("a.obj", Position::Line(1))));
-    Prepared::of(&scene).unwrap();
+    Prepared::new(&scene).unwrap();
 }
 
 #[test]
@@ -90,8 +90,8 @@ fn what_lies_in_what_is_seen() {
     // A room of the shape of an L with a rug of this shape around its corner, and a star on it.
     let l = |s: f64| vec![[0.0, 0.0], [3.0, 0.0], [3.0, s], [s, s], [s, 3.0], [0.0, 3.0]];
     let star = vec![[0.2, 0.2], [0.5, 0.3], [0.8, 0.2], [0.7, 0.5], [0.8, 0.8], [0.5, 0.7], [0.2, 0.8], [0.3, 0.5]];
-    let found = areas(&[("rug", 0.0, l(1.0)), ("star", 0.0, star), ("floor", 0.0, l(2.0))]);
-    assert!(found.iter().zip([4.76, 0.24, 3.0]).all(|(a, b)| (a - b).abs() < 1e-12), "{found:?}");
+    let remaining = areas(&[("rug", 0.0, l(1.0)), ("star", 0.0, star), ("floor", 0.0, l(2.0))]);
+    assert!(remaining.iter().zip([4.76, 0.24, 3.0]).all(|(a, b)| (a - b).abs() < 1e-12), "{remaining:?}");
 }
 
 #[test]
@@ -109,8 +109,8 @@ fn a_lamp_across_the_triangles_of_its_ceiling_is_on_it() {
         faces.push(("ceiling", 0.0, vec![[i, j], [i + 0.5, j], [i + 0.5, j + 0.5]]));
         faces.push(("ceiling", 0.0, vec![[i, j], [i + 0.5, j + 0.5], [i, j + 0.5]]));
     }
-    let found = areas(&faces);
-    assert!((found[0] - 1.5).abs() + (found[1] - 14.5).abs() < 1e-12, "{found:?}");
+    let remaining = areas(&faces);
+    assert!((remaining[0] - 1.5).abs() + (remaining[1] - 14.5).abs() < 1e-12, "{remaining:?}");
 }
 
 #[test]
@@ -155,7 +155,7 @@ fn other_overlaps_are_refused_all_at_once_unless_they_are_to_be_cut() {
     assert_eq!(given, scene(&faces, flat), "a refused scene stays as it is");
     resolve(&mut given, 0.0, Overlaps::Cut).unwrap();
     assert_eq!([0, 1, 2].map(|surface| given.area_of(surface)), [3.25, 1.0, 0.5]);
-    Prepared::of(&given).unwrap();
+    Prepared::new(&given).unwrap();
     // Two that overlap are not nested because both lie on a third.
     let posters = [("wall", 0.0, square(-5.0, 5.0)), ("a", 0.0, square(0.0, 2.0)), ("b", 0.0, square(1.0, 2.5))];
     let error = resolve(&mut scene(&posters, flat), 0.0, Overlaps::default()).unwrap_err();
@@ -226,9 +226,9 @@ fn what_rounding_explains_is_no_overlap_and_what_it_moved_is_one_plane() {
         let mut given = scene(&faces, place);
         let areas: Vec<f64> = (0..3).map(|surface| given.area_of(surface)).collect();
         resolve(&mut given, q, Overlaps::default()).unwrap_or_else(|error| panic!("{seed}: {error}"));
-        let off: Vec<f64> = (0..3).map(|surface| given.area_of(surface) - areas[surface]).collect();
-        assert_eq!(off[1..], [0.0, 0.0], "{seed}");
-        assert!((off[0] + areas[2]).abs() < 40.0 * q, "{seed}: {off:?}");
+        let changes: Vec<f64> = (0..3).map(|surface| given.area_of(surface) - areas[surface]).collect();
+        assert_eq!(changes[1..], [0.0, 0.0], "{seed}");
+        assert!((changes[0] + areas[2]).abs() < 40.0 * q, "{seed}: {changes:?}");
         assert!(given.notes().iter().filter(|note| matches!(note, Note::SmallOverlaps { .. })).count() <= 1);
         assert_eq!(pairs(&given, &Occluders::new(given.polygons()), q).len(), 0, "{seed}");
     }
@@ -242,11 +242,12 @@ fn at_every_point_the_smallest_face_is_left() {
         let outlines: Vec<Vec<[f64; 2]>> = (0..8)
             .map(|k| {
                 let (x, y, size, start) = (4.0 * uniform(), 4.0 * uniform(), 0.6 + 0.5 * f64::from(k), 6.3 * uniform());
-                let at = |share: f64, r: f64| [x + size * r * libm::cos(start + share), y + size * r * libm::sin(start + share)];
+                let vertex =
+                    |share: f64, r: f64| [x + size * r * libm::cos(start + share), y + size * r * libm::sin(start + share)];
                 if k % 2 == 0 {
-                    vec![at(0.0, 1.0), at(2.0, 1.0), at(4.0, 1.0)]
+                    vec![vertex(0.0, 1.0), vertex(2.0, 1.0), vertex(4.0, 1.0)]
                 } else {
-                    vec![at(0.0, 1.0), at(2.0, 0.2), at(4.0, 1.0), at(5.0, 1.0)]
+                    vec![vertex(0.0, 1.0), vertex(2.0, 0.2), vertex(4.0, 1.0), vertex(5.0, 1.0)]
                 }
             })
             .collect();
@@ -255,16 +256,16 @@ fn at_every_point_the_smallest_face_is_left() {
         let given = scene(&faces, slanted);
         let mut cut = given.clone();
         resolve(&mut cut, 0.0, Overlaps::Cut).unwrap();
-        assert!(Prepared::of(&cut).is_ok(), "{seed}");
+        assert!(Prepared::new(&cut).is_ok(), "{seed}");
         for _ in 0..400 {
             let point = slanted([10.0 * uniform() - 3.0, 10.0 * uniform() - 3.0]);
-            let at = |scene: &Scene| -> Vec<usize> {
+            let surfaces_at = |scene: &Scene| -> Vec<usize> {
                 let faces = scene.faces.iter().filter(|face| is_at(face, point));
                 faces.map(|face| face.surface).collect()
             };
             let area = |surface: &usize| given.area_of(*surface);
-            let smallest = at(&given).into_iter().min_by(|a, b| area(a).total_cmp(&area(b)));
-            assert_eq!(at(&cut), smallest.into_iter().collect::<Vec<_>>(), "{seed} {point:?}");
+            let smallest = surfaces_at(&given).into_iter().min_by(|a, b| area(a).total_cmp(&area(b)));
+            assert_eq!(surfaces_at(&cut), smallest.into_iter().collect::<Vec<_>>(), "{seed} {point:?}");
         }
     }
 }
@@ -291,9 +292,10 @@ fn pieces_are_few_and_wide() {
 
 #[test]
 fn many_tiles_and_many_rugs_on_one_floor() {
-    let at = |i: u32| f64::from(i) * 1.25;
-    let mut faces: Vec<_> =
-        (0..14_400).map(|k| ("rugs", 0.0, board([at(k % 120), at(k % 120) + 1.0], [at(k / 120), at(k / 120) + 1.0]))).collect();
+    let offset = |i: u32| f64::from(i) * 1.25;
+    let mut faces: Vec<_> = (0..14_400)
+        .map(|k| ("rugs", 0.0, board([offset(k % 120), offset(k % 120) + 1.0], [offset(k / 120), offset(k / 120) + 1.0])))
+        .collect();
     let tiles = (0..3_600).map(|k| (2.5 * f64::from(k % 60), 2.5 * f64::from(k / 60)));
     let tile = |(x, y): (f64, f64)| ("tiles", 0.0, board([x, x + 2.5], [y + 200.0, y + 202.5]));
     faces.extend(tiles.map(tile));
@@ -316,15 +318,15 @@ fn a_texture_stays_where_it_was() {
     let polygon = given.faces[0].polygon.clone();
     let charted = given.add_textured_face(0, tiles, polygon, &square(0.0, 1.0), None).unwrap();
     let point = |k: usize| slanted([0.5 + (k % 4) as f64, 0.5 + (k / 4) as f64]);
-    let values: Vec<Vec<f64>> = (0..16).map(|k| given.at(charted, Quantity::Reflectance, point(k))).collect();
+    let values: Vec<Vec<f64>> = (0..16).map(|k| given.value_at(charted, Quantity::Reflectance, point(k))).collect();
     let plain = given.faces.remove(0);
     given.surfaces[0].faces = vec![1];
     given.surfaces[1].faces = vec![0];
     assert_eq!(plain.surface, 0);
     resolve(&mut given, 0.0, Overlaps::default()).unwrap();
     for (k, value) in values.into_iter().enumerate() {
-        let found = given.surfaces[0].faces().iter().find(|&&face| is_at(&given.faces[face], point(k)));
-        assert_eq!(found.map(|&face| given.at(face, Quantity::Reflectance, point(k))), (k != 5).then_some(value), "{k}");
+        let piece = given.surfaces[0].faces().iter().find(|&&face| is_at(&given.faces[face], point(k)));
+        assert_eq!(piece.map(|&face| given.value_at(face, Quantity::Reflectance, point(k))), (k != 5).then_some(value), "{k}");
     }
 }
 
@@ -335,7 +337,7 @@ fn any_unit_and_any_place_give_the_same_pieces() {
     let pieces = |by: &dyn Fn(f64) -> f64| {
         let mut given = scene(&faces, |at| flat(at).to_array().map(by).into());
         resolve(&mut given, 0.0, Overlaps::default()).unwrap();
-        Prepared::of(&given).unwrap();
+        Prepared::new(&given).unwrap();
         given.polygons().map(|polygon| polygon.vertices().len()).collect::<Vec<_>>()
     };
     let expected = pieces(&|x| x);
@@ -349,5 +351,5 @@ fn any_unit_and_any_place_give_the_same_pieces() {
     let faces = [("wall", 0.0, board([0.0, 4.0], [0.0, 3.0])), ("window", 0.0, lozenge)];
     let mut given = scene(&faces, |[x, y]| DVec3::new(1e6 + x, -3e6 + y, 2.0));
     resolve(&mut given, 0.0, Overlaps::default()).unwrap();
-    Prepared::of(&given).unwrap();
+    Prepared::new(&given).unwrap();
 }

@@ -30,19 +30,19 @@ fn moved(outline: &[[f64; 3]], by: impl Fn(f64) -> f64) -> Vec<[f64; 3]> {
 }
 
 fn messages(scene: &Scene) -> Vec<String> {
-    Prepared::of(scene).unwrap().warnings.iter().map(ToString::to_string).collect()
+    Prepared::new(scene).unwrap().warnings.iter().map(ToString::to_string).collect()
 }
 
 #[test]
 fn a_scene_near_the_origin_stays_and_one_far_away_is_moved_exactly() {
     let (floor, ceiling) = (level(0.0, 1.0, 0.0), reversed(level(0.0, 1.0, 1.0)));
     let here = scene(&[("floor", false, floor.clone()), ("ceiling", true, ceiling.clone())]);
-    let ready = Prepared::of(&here).unwrap();
+    let ready = Prepared::new(&here).unwrap();
     assert_eq!((&ready.scene, ready.warnings.len()), (&here, 0));
     for shift in [1e3, 1e9, 1e12, 1e15] {
         let there = |outline: &[[f64; 3]]| moved(outline, |x| x + shift);
         let far = scene(&[("floor", false, there(&floor)), ("ceiling", true, there(&ceiling))]);
-        let ready = Prepared::of(&far).unwrap();
+        let ready = Prepared::new(&far).unwrap();
         for (polygon, outline) in ready.scene.polygons().zip([&floor, &ceiling]) {
             let centred: Vec<DVec3> = moved(outline, |x| x - 0.5).into_iter().map(DVec3::from).collect();
             assert_eq!(polygon.vertices(), centred);
@@ -62,7 +62,7 @@ fn an_extraordinary_unit_is_changed_by_a_power_of_two() {
     for exponent in [-1030, -700, -520, -100, -30, 0, 30, 100, 520, 700, 1023] {
         let scaled = |outline: &[[f64; 3]]| moved(outline, |x| libm::ldexp(x, exponent));
         let of_unit = scene(&[("floor", false, scaled(&floor)), ("ceiling", true, scaled(&ceiling))]);
-        let ready = Prepared::of(&of_unit).unwrap();
+        let ready = Prepared::new(&of_unit).unwrap();
         let size = ready.scene.bounds().unwrap().1.x;
         // Powers of two end at 2^1000.
         let expected = match exponent {
@@ -74,14 +74,14 @@ fn an_extraordinary_unit_is_changed_by_a_power_of_two() {
         assert_eq!(ready.placement.outward(DVec3::splat(size)), DVec3::splat(libm::ldexp(1.0, exponent)));
     }
     let sizes = scene(&[("huge", true, level(0.0, 1e300, 0.0)), ("tiny", false, level(1.0, 1.5, 1e-30))]);
-    let error = Prepared::of(&sizes).unwrap_err().to_string();
+    let error = Prepared::new(&sizes).unwrap_err().to_string();
     assert!(error.contains("face 1 of `tiny`: vertex 0") && error.contains("too different sizes"), "{error}");
 }
 
 #[test]
 fn faces_that_overlap_in_one_plane_are_refused_by_name() {
     let overlaps = |first: Vec<[f64; 3]>, second: Vec<[f64; 3]>| {
-        Prepared::of(&scene(&[("lamp", true, reversed(level(-1.0, 2.0, 3.0))), ("floor", false, first), ("rug", false, second)]))
+        Prepared::new(&scene(&[("lamp", true, reversed(level(-1.0, 2.0, 3.0))), ("floor", false, first), ("rug", false, second)]))
     };
     let floor = || level(0.0, 1.0, 0.0);
     for (rug, share) in
@@ -103,7 +103,7 @@ fn faces_that_overlap_in_one_plane_are_refused_by_name() {
     for by in [|x: f64| x + 1e10, |x: f64| x * 2f64.powi(600), |x: f64| x * 1e-200] {
         let faces =
             [("lamp", true, reversed(level(-1.0, 2.0, 3.0))), ("floor", false, floor()), ("rug", false, level(0.25, 0.75, 0.0))];
-        let error = Prepared::of(&scene(&faces.map(|(name, glows, outline)| (name, glows, moved(&outline, by))))).unwrap_err();
+        let error = Prepared::new(&scene(&faces.map(|(name, glows, outline)| (name, glows, moved(&outline, by))))).unwrap_err();
         assert!(
             matches!(&error, Error::Overlap { pairs, .. } if pairs.iter().any(|pair| (pair.share - 1.0).abs() < 1e-9)),
             "{error}"
@@ -115,7 +115,7 @@ fn faces_that_overlap_in_one_plane_are_refused_by_name() {
 fn faces_that_meet_stand_before_each_other_or_back_to_back_are_not_refused() {
     let lamp = || ("lamp", true, reversed(level(-1.0, 2.0, 3.0)));
     let floor = || ("floor", false, level(0.0, 1.0, 0.0));
-    let with = |outline: Vec<[f64; 3]>| Prepared::of(&scene(&[lamp(), floor(), ("other", false, outline)])).map(|_| ());
+    let with = |outline: Vec<[f64; 3]>| Prepared::new(&scene(&[lamp(), floor(), ("other", false, outline)])).map(|_| ());
     // A rug over the floor, the floor's back, a wall through it, a neighbour, and one beside a part of its edge.
     assert_eq!(with(level(0.25, 0.75, 1e-6)), Ok(()));
     assert_eq!(with(reversed(level(0.0, 1.0, 0.0))), Ok(()));
@@ -131,7 +131,7 @@ fn faces_that_meet_stand_before_each_other_or_back_to_back_are_not_refused() {
     ];
     let mut faces = vec![lamp()];
     faces.extend(fan.map(|(name, outline)| (name, false, outline)));
-    assert!(Prepared::of(&scene(&faces)).is_ok());
+    assert!(Prepared::new(&scene(&faces)).is_ok());
 }
 
 #[test]
@@ -139,7 +139,7 @@ fn what_only_hides_may_lie_in_the_plane_of_a_wall() {
     let mut scene = scene(&[("floor", true, level(0.0, 1.0, 0.0)), ("ceiling", false, reversed(level(0.0, 1.0, 1.0)))]);
     let screen = scene.add_obstruction("screen");
     scene.add_face(screen, 0, Polygon::new(level(0.0, 1.0, 0.0).into_iter().map(DVec3::from).collect()).unwrap(), None).unwrap();
-    assert!(Prepared::of(&scene).is_ok());
+    assert!(Prepared::new(&scene).is_ok());
 }
 
 #[test]
@@ -151,9 +151,9 @@ fn many_faces_are_compared_in_nearly_linear_time() {
     };
     let mut faces: Vec<_> = (0..100).flat_map(|i| (0..100).map(move |j| ("tile", false, tile(i, j)))).collect();
     faces.push(("ceiling", true, reversed(level(0.0, 100.0, 3.0))));
-    assert!(Prepared::of(&scene(&faces)).is_ok());
+    assert!(Prepared::new(&scene(&faces)).is_ok());
     faces.push(("twice", false, tile(31, 7)));
-    let error = Prepared::of(&scene(&faces)).unwrap_err().to_string();
+    let error = Prepared::new(&scene(&faces)).unwrap_err().to_string();
     assert!(error.starts_with("face 3107 of `tile` and face 10001 of `twice` overlap"), "{error}");
 }
 

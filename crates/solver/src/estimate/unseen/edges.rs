@@ -48,17 +48,17 @@ fn key([a, b]: [DVec3; 2]) -> (Key, bool) {
 }
 
 impl Edges {
-    pub(crate) fn of(mesh: &Mesh) -> Self {
+    pub(crate) fn find(mesh: &Mesh) -> Self {
         let polygons = mesh.polygons();
         let mut edges =
             Self { of_face: vec![Vec::new(); polygons.len()], feet: vec![Vec::new(); polygons.len()], ..Self::default() };
         edges.planes = polygons.iter().map(|polygon| [polygon.vertices()[0], polygon.normal()]).collect();
         let pairs = near(polygons);
-        let mut known: HashMap<Key, usize> = HashMap::new();
+        let mut indices: HashMap<Key, usize> = HashMap::new();
         for (face, around) in around_each(polygons, &pairs).into_iter().enumerate() {
             for ends in pieces(polygons[face].vertices(), &around) {
                 let (key, forward) = key(ends);
-                let index = *known.entry(key).or_insert_with(|| {
+                let index = *indices.entry(key).or_insert_with(|| {
                     let ends = if forward { ends } else { [ends[1], ends[0]] };
                     edges.all.push(Edge { ends, faces: Vec::new() });
                     edges.all.len() - 1
@@ -76,17 +76,17 @@ impl Edges {
     fn join(&mut self) {
         self.solids = (0..self.of_face.len()).collect();
         let mut open: Vec<usize> = Vec::new();
-        let mut known = vec![false; self.solids.len()];
+        let mut visited = vec![false; self.solids.len()];
         for first in 0..self.solids.len() {
-            if !known[first] {
-                known[first] = true;
+            if !visited[first] {
+                visited[first] = true;
                 open.push(first);
             }
             while let Some(face) = open.pop() {
                 self.solids[face] = first;
                 for &line in &self.of_face[face] {
                     for &(other, _) in &self.all[line].faces {
-                        if !std::mem::replace(&mut known[other], true) {
+                        if !std::mem::replace(&mut visited[other], true) {
                             open.push(other);
                         }
                     }
@@ -184,17 +184,17 @@ fn before([corner, normal]: [DVec3; 2], from: &[DVec3]) -> Vec<DVec3> {
     if heights.iter().all(|h| *h <= level) {
         return if heights.iter().all(|h| *h >= -level) { from.to_vec() } else { Vec::new() };
     }
-    let mut kept = Vec::with_capacity(from.len() + 1);
+    let mut clipped = Vec::with_capacity(from.len() + 1);
     for (i, &p) in from.iter().enumerate() {
         let j = (i + 1) % from.len();
         if heights[i] >= -level {
-            kept.push(p);
+            clipped.push(p);
         }
         if smallest(heights[i], heights[j]) < -level && largest(heights[i], heights[j]) > 0.0 {
-            kept.push(p + (from[j] - p) * (heights[i] / (heights[i] - heights[j])));
+            clipped.push(p + (from[j] - p) * (heights[i] / (heights[i] - heights[j])));
         }
     }
-    kept
+    clipped
 }
 
 /// Two faces whose boxes are no farther apart than this, a small part of their sizes.
@@ -330,13 +330,29 @@ mod tests {
 
     #[test]
     fn an_edge_has_a_piece_for_each_corner_of_others_that_is_on_it() {
-        let at = |x: f64, y: f64| DVec3::new(x, y, 0.25);
-        let square = [at(0.0, 0.0), at(3.0, 0.0), at(3.0, 3.0), at(0.0, 3.0)];
+        let corner = |x: f64, y: f64| DVec3::new(x, y, 0.25);
+        let square = [corner(0.0, 0.0), corner(3.0, 0.0), corner(3.0, 3.0), corner(0.0, 3.0)];
         // Its own corners, two on an edge, each twice, and one beside it.
-        let others = [at(2.0, 0.0), at(0.0, 0.0), at(1.0, 0.0), at(3.0, 0.0), at(2.0, 0.0), at(1.5, 1e-9), at(1.0, 0.0)];
-        let found = pieces(&square, &others);
-        let expected = [at(0.0, 0.0), at(1.0, 0.0), at(2.0, 0.0), at(3.0, 0.0), at(3.0, 3.0), at(0.0, 3.0), at(0.0, 0.0)];
-        assert_eq!(found, expected.windows(2).map(|ends| [ends[0], ends[1]]).collect::<Vec<_>>());
+        let others = [
+            corner(2.0, 0.0),
+            corner(0.0, 0.0),
+            corner(1.0, 0.0),
+            corner(3.0, 0.0),
+            corner(2.0, 0.0),
+            corner(1.5, 1e-9),
+            corner(1.0, 0.0),
+        ];
+        let computed = pieces(&square, &others);
+        let expected = [
+            corner(0.0, 0.0),
+            corner(1.0, 0.0),
+            corner(2.0, 0.0),
+            corner(3.0, 0.0),
+            corner(3.0, 3.0),
+            corner(0.0, 3.0),
+            corner(0.0, 0.0),
+        ];
+        assert_eq!(computed, expected.windows(2).map(|ends| [ends[0], ends[1]]).collect::<Vec<_>>());
         assert_eq!(pieces(&square, &[]).len(), 4);
     }
 }

@@ -5,7 +5,7 @@ use radgrad_scene::largest;
 
 use crate::field::Field;
 use crate::links::cluster::far::Far;
-use crate::links::cluster::glow::Glow;
+use crate::links::cluster::glow::ClusterEmission;
 use crate::links::cluster::sampled::{Rays, Seen};
 use crate::links::gatherer::Gatherer;
 use crate::links::station::Station;
@@ -16,7 +16,7 @@ use crate::mesh::clusters::Parts;
 struct Closed {
     cluster: usize,
     /// Deviation of its light, weighted, at each node, and the largest.
-    off: Vec<f64>,
+    errors: Vec<f64>,
     most: f64,
 }
 
@@ -36,29 +36,30 @@ impl<'a> Cut<'a> {
     pub(crate) fn new(optics: &'a Optics<'a>, field: &'a Field, weight: &'a [f64], far: &Far, with_noise: bool) -> Self {
         let mut cut = Self { optics, field, weight, closed: Vec::new(), nodes: far.nodes(), with_noise };
         for (index, &cluster) in far.clusters().iter().enumerate() {
-            let seen: Vec<Seen> = (0..far.nodes()).map(|node| *far.seen(index, node)).collect();
-            cut.close(cluster, &seen);
+            let views: Vec<Seen> = (0..far.nodes()).map(|node| *far.view(index, node)).collect();
+            cut.close(cluster, &views);
         }
         cut
     }
 
     fn close(&mut self, cluster: usize, seen: &[Seen]) {
-        let glows: Vec<&Glow> = (0..self.weight.len()).map(|channel| self.field.glow(cluster, channel)).collect();
-        let at = |seen: &Seen| {
+        let glows: Vec<&ClusterEmission> = (0..self.weight.len()).map(|channel| self.field.glow(cluster, channel)).collect();
+        let error_at = |seen: &Seen| {
             // Nodes have rays of their own.
-            let noise = |glow: &Glow| if self.with_noise { seen.noise(glow) / (self.nodes as f64).sqrt() } else { 0.0 };
-            let of = |(glow, weight): (&&Glow, &f64)| weight * noise(glow).hypot(seen.uneven(glow));
-            glows.iter().zip(self.weight).map(of).fold(0.0, largest)
+            let noise =
+                |glow: &ClusterEmission| if self.with_noise { seen.noise(glow) / (self.nodes as f64).sqrt() } else { 0.0 };
+            let weighted_error = |(glow, weight): (&&ClusterEmission, &f64)| weight * noise(glow).hypot(seen.uneven(glow));
+            glows.iter().zip(self.weight).map(weighted_error).fold(0.0, largest)
         };
-        let off: Vec<f64> = seen.iter().map(at).collect();
-        let most = off.iter().copied().fold(0.0, largest);
-        self.closed.push(Closed { cluster, off, most });
+        let errors: Vec<f64> = seen.iter().map(error_at).collect();
+        let largest_error = errors.iter().copied().fold(0.0, largest);
+        self.closed.push(Closed { cluster, errors, most: largest_error });
     }
 
     /// Looks at the clusters once more, by rays from each station.
     pub(crate) fn look(&mut self, stations: &[Station], rays: &[Rays]) {
         for Closed { cluster, .. } in std::mem::take(&mut self.closed) {
-            self.close(cluster, &seen(self.optics, stations, rays, cluster));
+            self.close(cluster, &look_from(self.optics, stations, rays, cluster));
         }
     }
 
@@ -67,7 +68,7 @@ impl<'a> Cut<'a> {
         let nodes = if self.closed.is_empty() { 0 } else { self.nodes };
         let mut squares = vec![0.0; nodes];
         for closed in &self.closed {
-            squares.iter_mut().zip(&closed.off).for_each(|(sum, off)| *sum += off * off);
+            squares.iter_mut().zip(&closed.errors).for_each(|(sum, error)| *sum += error * error);
         }
         squares.into_iter().map(f64::sqrt).collect()
     }
@@ -80,11 +81,11 @@ impl<'a> Cut<'a> {
         };
         let worst = (0..self.closed.len()).max_by(worst).filter(|&index| self.closed[index].most > 0.0)?;
         let tree = self.optics.mesh.clusters();
-        match tree.all()[self.closed.swap_remove(worst).cluster].parts {
+        match tree.clusters()[self.closed.swap_remove(worst).cluster].parts {
             Parts::Element(element) => Some(Some(element)),
             Parts::Two(parts) => {
-                for part in parts.into_iter().filter(|&part| gatherer.may_see(self.optics.mesh, &tree.all()[part])) {
-                    self.close(part, &seen(self.optics, stations, rays, part));
+                for part in parts.into_iter().filter(|&part| gatherer.may_see(self.optics.mesh, &tree.clusters()[part])) {
+                    self.close(part, &look_from(self.optics, stations, rays, part));
                 }
                 Some(None)
             }
@@ -99,6 +100,6 @@ impl<'a> Cut<'a> {
 }
 
 /// What stations see of a cluster by their rays.
-pub(crate) fn seen(optics: &Optics<'_>, stations: &[Station], rays: &[Rays], cluster: usize) -> Vec<Seen> {
+pub(crate) fn look_from(optics: &Optics<'_>, stations: &[Station], rays: &[Rays], cluster: usize) -> Vec<Seen> {
     stations.iter().zip(rays).map(|(station, rays)| optics.look(station, rays, cluster)).collect()
 }

@@ -48,8 +48,8 @@ impl Far {
             return Self::default();
         }
         let rays: Vec<Rays> = stations.iter().map(|station| optics.rays(station, count, Draw::Second)).collect();
-        let seen = clusters.iter().flat_map(|&cluster| cut::seen(optics, stations, &rays, cluster)).collect();
-        Self { rays: count, ..Self::new(optics.mesh.clusters(), clusters, seen, stations.len(), rows) }
+        let views = clusters.iter().flat_map(|&cluster| cut::look_from(optics, stations, &rays, cluster)).collect();
+        Self { rays: count, ..Self::new(optics.mesh.clusters(), clusters, views, stations.len(), rows) }
     }
 
     /// Clusters as each node sees them.
@@ -66,7 +66,7 @@ impl Far {
                 covered.iter_mut().zip(rows).for_each(|(sum, row)| *sum += row.likely_factor());
             }
         }
-        Self { clusters, seen, rest: covered.into_iter().map(left).collect(), ..Self::default() }
+        Self { clusters, seen, rest: covered.into_iter().map(uncovered).collect(), ..Self::default() }
     }
 
     /// From one point.
@@ -81,7 +81,7 @@ impl Far {
         for index in 0..self.clusters.len() {
             let mut of_functions = vec![0.0; basis.len()];
             for node in 0..nodes {
-                let weight = basis.nodes()[node].weight * self.seen(index, node).weight;
+                let weight = basis.nodes()[node].weight * self.view(index, node).weight;
                 of_functions.iter_mut().zip(basis.at_node(node)).for_each(|(sum, value)| *sum += weight * value);
             }
             self.matrix.extend(of_functions);
@@ -112,36 +112,36 @@ impl Far {
     }
 
     /// What a node sees of a cluster.
-    pub(crate) fn seen(&self, index: usize, node: usize) -> &Seen {
+    pub(crate) fn view(&self, index: usize, node: usize) -> &Seen {
         &self.seen[index * self.rest.len() + node]
     }
 
     /// Irradiance of a node.
     pub(crate) fn value(&self, field: &Field, channel: usize, node: usize) -> f64 {
-        let of = |(index, &cluster): (usize, &usize)| self.seen(index, node).weight * field.glow(cluster, channel).power;
-        self.clusters.iter().enumerate().map(of).sum()
+        let irradiance = |(index, &cluster): (usize, &usize)| self.view(index, node).weight * field.glow(cluster, channel).power;
+        self.clusters.iter().enumerate().map(irradiance).sum()
     }
 
     /// Deviation of the irradiance of a node.
     pub(crate) fn likely(&self, field: &Field, channel: usize, node: usize) -> f64 {
-        let of = |(index, &cluster): (usize, &usize)| {
-            let (seen, glow) = (self.seen(index, node), field.glow(cluster, channel));
+        let deviation = |(index, &cluster): (usize, &usize)| {
+            let (seen, glow) = (self.view(index, node), field.glow(cluster, channel));
             seen.noise(glow).hypot(seen.uneven(glow))
         };
-        self.clusters.iter().enumerate().map(of).map(|off| off * off).sum::<f64>().sqrt()
+        self.clusters.iter().enumerate().map(deviation).map(|error| error * error).sum::<f64>().sqrt()
     }
 
     /// Deviation of the mean irradiance over the nodes: each node has rays of its own, but clusters are as uneven for all.
     pub(crate) fn likely_mean(&self, field: &Field, channel: usize, basis: &Basis) -> f64 {
-        let of = |(index, &cluster): (usize, &usize)| {
+        let squares = |(index, &cluster): (usize, &usize)| {
             let (glow, nodes) = (field.glow(cluster, channel), basis.nodes().iter().enumerate());
             nodes.fold([0.0; 2], |[noise, uneven], (node, at)| {
-                let seen = self.seen(index, node);
-                let own = at.weight * seen.noise(glow);
-                [noise + own * own, uneven + at.weight * seen.uneven(glow)]
+                let view = self.view(index, node);
+                let own = at.weight * view.noise(glow);
+                [noise + own * own, uneven + at.weight * view.uneven(glow)]
             })
         };
-        self.clusters.iter().enumerate().map(of).map(|[noise, uneven]| noise + uneven * uneven).sum::<f64>().sqrt()
+        self.clusters.iter().enumerate().map(squares).map(|[noise, uneven]| noise + uneven * uneven).sum::<f64>().sqrt()
     }
 
     /// Adds the clusters' light to the sums for a receiver's functions.
@@ -156,9 +156,9 @@ impl Far {
     pub(crate) fn gathered(&self, node: usize, of: &[Pair]) -> f64 {
         let (mut sum, mut brightest) = (0.0, 0.0_f64);
         for (index, &cluster) in self.clusters.iter().enumerate() {
-            let seen = self.seen(index, node);
-            if seen.view.factor > 0.0 {
-                sum += seen.gathers(of[cluster].whole, of[cluster].largest);
+            let view = self.view(index, node);
+            if view.view.factor > 0.0 {
+                sum += view.gathers(of[cluster].whole, of[cluster].largest);
                 brightest = largest(brightest, of[cluster].largest);
             }
         }
@@ -187,6 +187,6 @@ pub(crate) fn cover(covered: &mut [f64], rows: &[Row], sign: f64) {
 }
 
 /// The part of the hemisphere that is left.
-pub(crate) fn left(covered: f64) -> f64 {
+pub(crate) fn uncovered(covered: f64) -> f64 {
     largest(1.0 - covered, 0.0) + MARGIN
 }

@@ -6,7 +6,7 @@ use radgrad_scene::largest;
 
 /// Light that a cluster sends out, in a channel.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(crate) struct Glow {
+pub(crate) struct ClusterEmission {
     /// Integral of the radiosity over the area.
     pub(crate) power: f64,
     /// Area, and integral of the square.
@@ -16,11 +16,11 @@ pub(crate) struct Glow {
     pub(crate) unevenness: f64,
 }
 
-impl Glow {
+impl ClusterEmission {
     /// With the area, and the integral of the square, of what is as even as that.
     pub(crate) fn over(self, area: f64, square: f64) -> Self {
-        let left = area * square - self.power * self.power;
-        Self { area, square, unevenness: if left > 0.0 { left.sqrt() } else { 0.0 }, ..self }
+        let variance = area * square - self.power * self.power;
+        Self { area, square, unevenness: if variance > 0.0 { variance.sqrt() } else { 0.0 }, ..self }
     }
 
     pub(crate) fn and(self, other: Self) -> Self {
@@ -43,8 +43,8 @@ impl Pair {
 
 impl Clusters {
     /// The light that clusters send out.
-    pub(crate) fn glows(&self, of_element: impl Fn(usize) -> Glow) -> Vec<Glow> {
-        self.pull(of_element, Glow::and)
+    pub(crate) fn glows(&self, of_element: impl Fn(usize) -> ClusterEmission) -> Vec<ClusterEmission> {
+        self.pull(of_element, ClusterEmission::and)
     }
 
     /// Of something on each element.
@@ -59,7 +59,7 @@ impl Clusters {
     /// For each element the values given for clusters, joined over all clusters that it is in.
     pub(crate) fn push<T: Copy>(&self, of_cluster: &[T], join: impl Fn(T, T) -> T, mut visit: impl FnMut(usize, T)) {
         let mut pushed = of_cluster.to_vec();
-        for (index, cluster) in self.all().iter().enumerate() {
+        for (index, cluster) in self.clusters().iter().enumerate() {
             match cluster.parts {
                 Parts::Two(parts) => parts.into_iter().for_each(|part| pushed[part] = join(pushed[index], pushed[part])),
                 Parts::Element(element) => visit(element, pushed[index]),

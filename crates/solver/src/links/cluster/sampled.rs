@@ -12,7 +12,7 @@
 
 use radgrad_scene::smallest;
 
-use crate::links::cluster::glow::Glow;
+use crate::links::cluster::glow::ClusterEmission;
 use crate::links::cluster::view::View;
 use crate::links::station::Station;
 use crate::links::transfer::Optics;
@@ -33,24 +33,24 @@ pub(crate) struct Seen {
     /// The mean of the visible kernel, the factor of the power in the irradiance.
     pub(crate) weight: f64,
     /// Deviation of that.
-    off: f64,
+    deviation: f64,
     area: f64,
 }
 
 impl Seen {
     /// What a point gets of something that is nowhere negative, by its integral and its largest value.
     pub(crate) fn gathers(&self, whole: f64, largest: f64) -> f64 {
-        let kernel = self.weight + self.off;
+        let kernel = self.weight + self.deviation;
         if kernel == 0.0 || largest == 0.0 { 0.0 } else { kernel * smallest(whole, self.area * largest) }
     }
 
     /// Deviation of the light of a cluster that glows so, by the rays alone.
-    pub(crate) fn noise(&self, glow: &Glow) -> f64 {
-        self.off * glow.power
+    pub(crate) fn noise(&self, glow: &ClusterEmission) -> f64 {
+        self.deviation * glow.power
     }
 
     /// What it is off by as the cluster does not glow evenly.
-    pub(crate) fn uneven(&self, glow: &Glow) -> f64 {
+    pub(crate) fn uneven(&self, glow: &ClusterEmission) -> f64 {
         UNEVEN * self.weight * glow.unevenness
     }
 }
@@ -76,7 +76,7 @@ pub(crate) struct Rays {
 struct Numbers(u64);
 
 impl Numbers {
-    fn of(station: &Station, draw: Draw) -> Self {
+    fn seeded(station: &Station, draw: Draw) -> Self {
         let digits = station.point.to_array().map(|x| x.to_bits() & ((1 << 52) - 1));
         let mut numbers = Self(u64::from(draw == Draw::Second));
         for digits in digits {
@@ -101,7 +101,7 @@ impl Numbers {
 impl Optics<'_> {
     /// So many rays from a point.
     pub(crate) fn rays(&self, station: &Station, count: usize, draw: Draw) -> Rays {
-        let mut numbers = Numbers::of(station, draw);
+        let mut numbers = Numbers::seeded(station, draw);
         let start = [numbers.next(), numbers.next()];
         let (across, along) = station.normal.any_orthonormal_pair();
         // Places on the disc below the hemisphere are spread evenly (T. Malley).
@@ -118,7 +118,7 @@ impl Optics<'_> {
 
     /// A point's view of a cluster.
     pub(crate) fn look(&self, station: &Station, rays: &Rays, cluster: usize) -> Seen {
-        let (tree, of) = (self.mesh.clusters(), &self.mesh.clusters().all()[cluster]);
+        let (tree, of) = (self.mesh.clusters(), &self.mesh.clusters().clusters()[cluster]);
         let view = of.view(station);
         if view.factor == 0.0 {
             return Seen { view, ..Seen::default() };
@@ -128,6 +128,6 @@ impl Optics<'_> {
         let hits = (before(within.end) - before(within.start)) as f64;
         let square = if hits > 0.0 { hits * (1.0 - hits / all) } else { smallest(1.0, all * smallest(view.factor, 1.0)) };
         let unit = 1.0 / (all * of.area());
-        Seen { view, weight: hits * unit, off: square.sqrt() * unit, area: of.area() }
+        Seen { view, weight: hits * unit, deviation: square.sqrt() * unit, area: of.area() }
     }
 }

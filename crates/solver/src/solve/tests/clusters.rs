@@ -82,12 +82,12 @@ fn a_cluster_gives_no_more_than_its_view_and_a_cluster_that_faces_away_gives_not
     let (mut seen, mut away, mut tight) = (0, 0, 0.0_f64);
     for receiver in (0..mesh.elements().len()).step_by(7) {
         let links = all_links(&optics, receiver);
-        for cluster in tree.all() {
+        for cluster in tree.clusters() {
             let mut open = vec![*cluster];
             let mut factors = vec![0.0; Station::at_nodes(&mesh, receiver).len()];
             while let Some(at) = open.pop() {
                 match at.parts {
-                    Parts::Two(parts) => open.extend(parts.map(|part| tree.all()[part])),
+                    Parts::Two(parts) => open.extend(parts.map(|part| tree.clusters()[part])),
                     Parts::Element(element) => links.iter().filter(|link| link.source == element).for_each(|link| {
                         factors.iter_mut().zip(&link.rows).for_each(|(sum, row)| *sum += row.values[0] - row.error);
                     }),
@@ -142,29 +142,29 @@ fn closed_clusters_are_mostly_within_twice_their_estimates() {
                 (receivers, deviations) = (receivers + 1, deviations + likely * likely);
             }
             for (node, station) in Station::at_nodes(&mesh, receiver).iter().enumerate() {
-                let (off, rounding) = ((rough[node] - exact_sums[node]).abs(), 1e-6);
+                let (error, rounding) = ((rough[node] - exact_sums[node]).abs(), 1e-6);
                 if !far.is_empty() {
                     let likely = far.likely(&field, 0, node);
-                    (nodes_seen, within) = (nodes_seen + 1, within + usize::from(off <= 2.0 * likely + rounding));
-                    squares = [squares[0] + off * off, squares[1] + likely * likely];
+                    (nodes_seen, within) = (nodes_seen + 1, within + usize::from(error <= 2.0 * likely + rounding));
+                    squares = [squares[0] + error * error, squares[1] + likely * likely];
                 }
                 // What a gather at the point itself makes of it.
                 let at_node: Vec<(usize, Row)> = links.iter().map(|link| (link.source, link.rows[node].clone())).collect();
                 let of_point = far.of_point(&optics, station, &at_node);
                 let linked: f64 = rough[node] - far.value(&field, 0, node);
-                let off = (linked + of_point.value(&field, 0, 0) - exact_sums[node]).abs();
+                let error = (linked + of_point.value(&field, 0, 0) - exact_sums[node]).abs();
                 let likely = of_point.likely(&field, 0, 0);
-                (points, within_at) = (points + 1, within_at + usize::from(off <= 2.0 * likely + rounding));
+                (points, within_at) = (points + 1, within_at + usize::from(error <= 2.0 * likely + rounding));
             }
         }
         // In the mean over the nodes; those rays that are gathered by are not those that were found good enough.
         let deviation = (deviations / f64::from(receivers)).sqrt();
         assert!(deviation <= WITHOUT_ORDER * allowed, "{allowed}: {deviation}");
     }
-    let [off, likely] = squares.map(f64::sqrt);
-    assert!(nodes_seen > 100 && 20 * within >= 19 * nodes_seen, "{within} of {nodes_seen}, {off} by {likely}");
+    let [error, likely] = squares.map(f64::sqrt);
+    assert!(nodes_seen > 100 && 20 * within >= 19 * nodes_seen, "{within} of {nodes_seen}, {error} by {likely}");
     assert!(20 * within_at >= 19 * points, "{within_at} of {points}");
-    assert!(2 * near < all && likely < 8.0 * off && off < likely, "{near} of {all}, {off} by {likely}");
+    assert!(2 * near < all && likely < 8.0 * error && error < likely, "{near} of {all}, {error} by {likely}");
 }
 
 #[test]
@@ -223,7 +223,7 @@ fn a_point_in_a_cluster_may_see_nothing_else() {
     let mesh = city(3);
     let tree = Clusters::always_over(mesh.elements());
     let station = Station { point: DVec3::new(1.0, 1.0, 0.5), normal: DVec3::Z, face: Some(0) };
-    let view = tree.all()[0].view(&station);
+    let view = tree.clusters()[0].view(&station);
     assert!(view.factor == 1.0 && view.peak.is_infinite());
 }
 
@@ -232,13 +232,13 @@ fn by_clusters_light_from_a_lamp_is_within_its_estimate_of_a_far_finer_solution(
     let scene = scene(3);
     let degree = Some(1);
     let fine = solve(&scene, &Options { error: 0.05, degree, ..Options::default() }, |_| true).unwrap();
-    let known = fine.error_estimate.mean[0].total();
+    let fine_estimate = fine.error_estimate.mean[0].total();
     let options = Options { error: 0.3, degree, first_elements: 1, most_elements: 0, ..Options::default() };
     let mesh = Mesh::new(&scene, 1).unwrap().clustered();
-    let rough = solve_on(&Prepared::of(&scene).unwrap(), &options, (mesh, Served::default()), |_| true).unwrap();
+    let rough = solve_on(&Prepared::new(&scene).unwrap(), &options, (mesh, Served::default()), |_| true).unwrap();
     assert!(rough.far.iter().any(|far| !far.is_empty()), "clusters are in force");
     let stated = rough.error_estimate.mean[0].total();
-    let (mut off, mut area, mut at_points, mut beyond) = (0.0, 0.0, 0.0, 0.0);
+    let (mut mean_error, mut area, mut at_points, mut exceeding) = (0.0, 0.0, 0.0, 0.0);
     for leaf in rough.mesh().leaves() {
         let element = &rough.mesh().elements()[leaf];
         let [there, here] = [fine.gather(element.centre(), element.polygon().normal()), rough.gather_on(leaf, element.centre())];
@@ -246,15 +246,15 @@ fn by_clusters_light_from_a_lamp_is_within_its_estimate_of_a_far_finer_solution(
         let apart = (there.radiosity[0] - here.radiosity[0]).abs();
         let [estimate, of_fine] = [&here, &there].map(|gathered| gathered.estimate[0].total());
         if apart > 2.0 * (estimate + of_fine) {
-            beyond += element.area();
+            exceeding += element.area();
         }
-        (off, area) = (off + element.area() * apart, area + element.area());
+        (mean_error, area) = (mean_error + element.area() * apart, area + element.area());
         at_points += element.area() * estimate;
     }
-    let [off, at_points] = [off, at_points].map(|sum| sum / area);
-    println!("{off:.1e} off, {stated:.1e} stated, {at_points:.1e} at points, {known:.1e} of the finer one");
-    assert!(off <= stated + known && off > known / 20.0, "{off} {stated} {known}");
-    assert!(beyond <= 0.05 * area, "{beyond} of {area} is off by more than twice the estimate");
+    let [mean_error, at_points] = [mean_error, at_points].map(|sum| sum / area);
+    println!("{mean_error:.1e} mean_error, {stated:.1e} stated, {at_points:.1e} at points, {fine_estimate:.1e} of the finer one");
+    assert!(mean_error <= stated + fine_estimate && mean_error > fine_estimate / 20.0, "{mean_error} {stated} {fine_estimate}");
+    assert!(exceeding <= 0.05 * area, "{exceeding} of {area} is off by more than twice the estimate");
 }
 
 #[test]
@@ -263,7 +263,7 @@ fn without_time_there_is_an_answer_with_an_estimate() {
     let options = Options { error: 0.05, degree: Some(1), time: Some(Duration::ZERO), ..Options::default() };
     // Some hundred faces are put into clusters where there is no time to link all of them to all others.
     for mesh in [Mesh::new(&scene, 1).unwrap().clustered(), Mesh::new(&scene, 1).unwrap()] {
-        let rough = solve_on(&Prepared::of(&scene).unwrap(), &options, (mesh, Served::default()), |_| true).unwrap();
+        let rough = solve_on(&Prepared::new(&scene).unwrap(), &options, (mesh, Served::default()), |_| true).unwrap();
         assert!(rough.far.iter().any(|far| !far.is_empty()), "clusters are in force");
         assert!(rough.progress().round == 1 && rough.mean()[0] > 0.0 && rough.progress().estimate.is_finite());
         let element = &rough.mesh().elements()[0];
@@ -282,8 +282,8 @@ fn rays_see_all_of_a_closed_room_whatever_hides_what() {
         for (node, station) in Station::at_nodes(&mesh, receiver).iter().enumerate() {
             let rays = optics.rays(station, 256, Draw::Second);
             let part = |cluster: usize| {
-                let of = &mesh.clusters().all()[cluster];
-                optics.look(station, &rays, cluster).weight * of.area()
+                let part = &mesh.clusters().clusters()[cluster];
+                optics.look(station, &rays, cluster).weight * part.area()
             };
             // A ray in a hundred may pass below a wall, which is over the floor, and end on the back of another one.
             assert!((0.99..1.0 + 1e-12).contains(&part(root)), "{receiver} {node}: {}", part(root));

@@ -33,11 +33,11 @@ fn at_the_apex_of_a_groove_the_answer_is_exact_to_a_millionth() {
                 let [own, other] = [side, 1 - side];
                 let exact = (emitted[own] + rho[own] * factor * emitted[other]) / (1.0 - rho[0] * rho[1] * factor * factor);
                 for y in [0.1, 0.25, 0.37, 0.5, 0.9] {
-                    let found = solution.gather(DVec3::new(0.0, y, 0.0), normal).unwrap();
-                    let (value, estimate) = (found.radiosity[0], found.estimate[0].total());
-                    let off = (value - exact).abs();
-                    assert!(off < 1e-6 * exact, "{angle} {rho:?} {side} {y}: {value} for {exact}");
-                    assert!(off <= 2.0 * estimate, "{angle} {rho:?} {side} {y}: {off:e}, {estimate:e}");
+                    let gather = solution.gather(DVec3::new(0.0, y, 0.0), normal).unwrap();
+                    let (value, estimate) = (gather.radiosity[0], gather.estimate[0].total());
+                    let error = (value - exact).abs();
+                    assert!(error < 1e-6 * exact, "{angle} {rho:?} {side} {y}: {value} for {exact}");
+                    assert!(error <= 2.0 * estimate, "{angle} {rho:?} {side} {y}: {error:e}, {estimate:e}");
                 }
             }
         }
@@ -50,12 +50,12 @@ fn beside_the_apex_the_answer_is_far_nearer_than_polynomials_are_and_the_estimat
     let [rough, fine] = [1e-3, 2e-6].map(|error| solve(&scene, &Options { error, ..Options::default() }, |_| true).unwrap());
     for y in [0.3, 0.5, 0.8] {
         for x in [1e-6, 1e-4, 1e-3, 1e-2, 3e-2] {
-            let at = |solution: &Solution| solution.gather(DVec3::new(x, y, 0.0), DVec3::Z).unwrap();
-            let (found, truth) = (at(&rough), at(&fine));
-            let off = (found.radiosity[0] - truth.radiosity[0]).abs();
+            let gather = |solution: &Solution| solution.gather(DVec3::new(x, y, 0.0), DVec3::Z).unwrap();
+            let (found, truth) = (gather(&rough), gather(&fine));
+            let error = (found.radiosity[0] - truth.radiosity[0]).abs();
             // Of the polynomials alone it was 4e-3 at the edge.
-            assert!(off < if x < 5e-3 { 1e-4 } else { 5e-4 }, "({x}, {y}): {off:e}");
-            assert!(off <= 2.0 * found.estimate[0].total() + truth.estimate[0].total(), "({x}, {y}): {off:e}");
+            assert!(error < if x < 5e-3 { 1e-4 } else { 5e-4 }, "({x}, {y}): {error:e}");
+            assert!(error <= 2.0 * found.estimate[0].total() + truth.estimate[0].total(), "({x}, {y}): {error:e}");
         }
     }
 }
@@ -67,12 +67,12 @@ fn beside_the_apex_the_gradient_is_that_of_a_finer_solution() {
     let [rough, fine] = [1e-3, 2e-6].map(|error| solve(&scene, &Options { error, ..Options::default() }, |_| true).unwrap());
     for y in [0.3, 0.5, 0.8] {
         for x in [1e-4, 1e-3, 1e-2, 3e-2] {
-            let at = |x: f64| fine.gather(DVec3::new(x, y, 0.0), DVec3::Z).unwrap().radiosity[0];
-            let slope = (at(1.01 * x) - at(0.99 * x)) / (0.02 * x);
-            let found = rough.gradient(DVec3::new(x, y, 0.0), DVec3::Z).unwrap().radiosity;
-            let off = (found.gradient[0].x - slope).abs();
-            assert!(off < 0.02 * slope.abs(), "({x}, {y}): {} for {slope}", found.gradient[0].x);
-            assert!(off <= 2.0 * found.estimate[0], "({x}, {y}): {off:e}, {:e}", found.estimate[0]);
+            let radiosity = |x: f64| fine.gather(DVec3::new(x, y, 0.0), DVec3::Z).unwrap().radiosity[0];
+            let slope = (radiosity(1.01 * x) - radiosity(0.99 * x)) / (0.02 * x);
+            let computed = rough.gradient(DVec3::new(x, y, 0.0), DVec3::Z).unwrap().radiosity;
+            let error = (computed.gradient[0].x - slope).abs();
+            assert!(error < 0.02 * slope.abs(), "({x}, {y}): {} for {slope}", computed.gradient[0].x);
+            assert!(error <= 2.0 * computed.estimate[0], "({x}, {y}): {error:e}, {:e}", computed.estimate[0]);
         }
     }
 }
@@ -81,8 +81,8 @@ fn beside_the_apex_the_gradient_is_that_of_a_finer_solution() {
 #[test]
 fn on_an_edge_and_a_little_beside_it_the_answer_is_the_same() {
     let solution = solve(&groove(1.0, [0.5, 0.5], [1.0, 1.0]), &Options::default(), |_| true).unwrap();
-    let at = |x: f64, y: f64| solution.gather(DVec3::new(x, y, 0.0), DVec3::Z).unwrap().radiosity[0];
+    let radiosity = |x: f64, y: f64| solution.gather(DVec3::new(x, y, 0.0), DVec3::Z).unwrap().radiosity[0];
     for (x, y) in [(-1e-9, 0.5), (1e-12, 0.5), (1e-8, 0.25), (0.0, 0.25 + 1e-9)] {
-        assert!((at(x, y) - at(0.0, y)).abs() < 2e-6, "({x:e}, {y}): {} {}", at(x, y), at(0.0, y));
+        assert!((radiosity(x, y) - radiosity(0.0, y)).abs() < 2e-6, "({x:e}, {y}): {} {}", radiosity(x, y), radiosity(0.0, y));
     }
 }

@@ -22,12 +22,12 @@ fn compared(solution: &Solution, fine: &Solution, places: usize, step: f64) -> V
     let whole: f64 = roots.iter().map(|&root| elements[root].area()).sum();
     // A sequence of low discrepancy (M. Roberts 2018, in three dimensions).
     let part = |k: usize, by: f64| (k as f64 * by).fract();
-    let mut found = Vec::new();
+    let mut comparisons = Vec::new();
     for k in 1..=places {
-        let mut left = part(k, 0.819_172_513_396_164_5) * whole;
+        let mut remaining = part(k, 0.819_172_513_396_164_5) * whole;
         let under = |&&root: &&usize| {
-            left -= elements[root].area();
-            left <= 0.0
+            remaining -= elements[root].area();
+            remaining <= 0.0
         };
         let element = &elements[*roots.iter().find(under).unwrap()];
         let [s, t] = [part(k, 0.671_043_606_703_789_3), part(k, 0.549_700_477_901_970_3)];
@@ -35,28 +35,28 @@ fn compared(solution: &Solution, fine: &Solution, places: usize, step: f64) -> V
         let place = element.point(if outside { [1.0 - s, 1.0 - t] } else { [s, t] });
         let normal = element.polygon().normal();
         let gradient = solution.gradient(place, normal).unwrap().radiosity;
-        let at = |offset: DVec3| fine.gather(place + offset, normal).unwrap().radiosity;
+        let radiosity = |offset: DVec3| fine.gather(place + offset, normal).unwrap().radiosity;
         let along = normal.any_orthonormal_vector();
         let axes = [along, normal.cross(along)];
-        let sides = axes.map(|axis| [at(axis * step), at(axis * -step)]);
+        let sides = axes.map(|axis| [radiosity(axis * step), radiosity(axis * -step)]);
         for channel in 0..solution.channels().len() {
             let slope = |[up, down]: &[Vec<f64>; 2]| (up[channel] - down[channel]) / (2.0 * step);
             let exact = axes[0] * slope(&sides[0]) + axes[1] * slope(&sides[1]);
             let error = (gradient.gradient[channel] - exact).length();
             if exact.length() > 0.0 {
                 let effectivity = gradient.estimate[channel] / error;
-                found.push(Found { relative: error / exact.length(), effectivity, place });
+                comparisons.push(Found { relative: error / exact.length(), effectivity, place });
             }
         }
     }
-    found
+    comparisons
 }
 
 /// Holds errors to a part of the gradients' lengths, and the median of estimates over errors to a limit.
 fn held(found: &[Found], most: f64, most_effectivity: f64) {
     let mut ratios: Vec<f64> = found.iter().map(|of| of.effectivity).collect();
     ratios.sort_by(f64::total_cmp);
-    let at = |tenths: usize| ratios[tenths * (ratios.len() - 1) / 10];
+    let decile = |tenths: usize| ratios[tenths * (ratios.len() - 1) / 10];
     let covered = |times: f64| ratios.iter().filter(|of| times * **of >= 1.0).count() as f64 / ratios.len() as f64;
     let worst = found.iter().max_by(|a, b| a.relative.total_cmp(&b.relative)).unwrap();
     println!(
@@ -64,15 +64,15 @@ fn held(found: &[Found], most: f64, most_effectivity: f64) {
         found.len(),
         worst.relative,
         worst.place,
-        at(1),
-        at(5),
-        at(9),
+        decile(1),
+        decile(5),
+        decile(9),
         covered(1.0),
         covered(2.0),
         covered(4.0)
     );
     assert!(worst.relative <= most, "{:e} at {}", worst.relative, worst.place);
-    assert!((0.5..=most_effectivity).contains(&at(5)), "median of estimate over error: {}", at(5));
+    assert!((0.5..=most_effectivity).contains(&decile(5)), "median of estimate over error: {}", decile(5));
     assert!(covered(4.0) >= 0.85, "{} of the errors are within 4 estimates", covered(4.0));
 }
 
@@ -133,9 +133,14 @@ fn near_a_block_gradients_are_those_of_a_finer_solution() {
     for (place, normal) in places {
         let [found, truth] = [&rough, &fine].map(|solution| solution.gradient(place, normal).unwrap().radiosity);
         for channel in 0..2 {
-            let (length, off) = (truth.gradient[channel].length(), (found.gradient[channel] - truth.gradient[channel]).length());
-            println!("{place} {channel}: {:.1e} of its length, estimate {:.1e}", off / length, found.estimate[channel] / length);
-            errors.push(off / length);
+            let (length, error) =
+                (truth.gradient[channel].length(), (found.gradient[channel] - truth.gradient[channel]).length());
+            println!(
+                "{place} {channel}: {:.1e} of its length, estimate {:.1e}",
+                error / length,
+                found.estimate[channel] / length
+            );
+            errors.push(error / length);
         }
     }
     errors.sort_by(f64::total_cmp);
@@ -148,11 +153,12 @@ fn near_a_block_gradients_are_those_of_a_finer_solution() {
 fn where_a_shadow_line_is_on_the_border_of_two_elements_the_gradient_has_it() {
     let scene = room_with_a_block();
     let solution = solve(&scene, &Options { error: 1e-3, ..Options::default() }, |_| true).unwrap();
-    let at = |x: f64, y: f64| solution.gather(DVec3::new(1.9 + x, 1.2 + y, 0.0), DVec3::Z).unwrap().radiosity[0];
-    let slope = DVec3::new(at(1e-4, 0.0) - at(-1e-4, 0.0), at(0.0, 1e-4) - at(0.0, -1e-4), 0.0) / 2e-4;
-    let found = solution.gradient(DVec3::new(1.9, 1.2, 0.0), DVec3::Z).unwrap().radiosity.gradient[0];
+    let radiosity = |x: f64, y: f64| solution.gather(DVec3::new(1.9 + x, 1.2 + y, 0.0), DVec3::Z).unwrap().radiosity[0];
+    let slope =
+        DVec3::new(radiosity(1e-4, 0.0) - radiosity(-1e-4, 0.0), radiosity(0.0, 1e-4) - radiosity(0.0, -1e-4), 0.0) / 2e-4;
+    let computed = solution.gradient(DVec3::new(1.9, 1.2, 0.0), DVec3::Z).unwrap().radiosity.gradient[0];
     // Without the line it is 2e-2.
-    assert!((found - slope).length() < 1e-3 * slope.length(), "{found} for {slope}");
+    assert!((computed - slope).length() < 1e-3 * slope.length(), "{computed} for {slope}");
 }
 
 #[test]
@@ -163,12 +169,12 @@ fn the_gradient_of_a_polynomial_has_an_estimate_of_its_size() {
     let leaves: Vec<usize> = solution.mesh().leaves().collect();
     for &leaf in leaves.iter().step_by(leaves.len() / 30) {
         let element = &solution.mesh().elements()[leaf];
-        let at = [0.31, 0.27];
-        let exact = solution.gradient(element.point(at), element.polygon().normal()).unwrap().radiosity;
+        let place = [0.31, 0.27];
+        let exact = solution.gradient(element.point(place), element.polygon().normal()).unwrap().radiosity;
         for channel in 0..2 {
-            let error = (solution.gradient_on(leaf, channel, at) - exact.gradient[channel]).length();
+            let error = (solution.gradient_on(leaf, channel, place) - exact.gradient[channel]).length();
             if error > 0.0 {
-                ratios.push(solution.gradient_estimate_on(leaf, channel, at) / error);
+                ratios.push(solution.gradient_estimate_on(leaf, channel, place) / error);
             }
         }
     }

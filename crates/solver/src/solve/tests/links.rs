@@ -32,23 +32,23 @@ fn what_a_link_neglects_is_within_its_bound() {
             for (station, row) in stations.iter().zip(&link.rows) {
                 for channel in 0..solution.channels.len() {
                     let sum = |row: &Row, element: usize| -> f64 {
-                        row.values.iter().zip(field.of(element, channel, len)).map(|(v, c)| v * c).sum()
+                        row.values.iter().zip(field.coefficients(element, channel, len)).map(|(v, c)| v * c).sum()
                     };
                     let mut exact = 0.0;
-                    let mut errors = row.error_of(field.of(link.source, channel, len));
+                    let mut errors = row.error_of(field.coefficients(link.source, channel, len));
                     for leaf in leaves(&solution, link.source) {
                         let fine = optics.receive(station, leaf, &link.sight, len).unwrap();
                         exact += sum(&fine, leaf);
-                        errors += fine.error_of(field.of(leaf, channel, len));
+                        errors += fine.error_of(field.coefficients(leaf, channel, len));
                     }
-                    let off = (exact - sum(row, link.source)).abs();
+                    let error = (exact - sum(row, link.source)).abs();
                     let bound = field.neglected(mesh, link.source, channel, row);
                     count += 1;
                     // What neglects nothing is off by nothing.
                     if bound > 0.0 {
-                        worst = largest(worst, (off - errors) / bound);
+                        worst = largest(worst, (error - errors) / bound);
                     }
-                    assert!(off <= bound + errors, "{receiver} from {}: {off:e}, {bound:e} and {errors:e}", link.source);
+                    assert!(error <= bound + errors, "{receiver} from {}: {error:e}, {bound:e} and {errors:e}", link.source);
                 }
             }
         }

@@ -30,14 +30,14 @@ fn light_is_even_on_both_sides_of_a_turned_plate_among_a_thousand_faces() {
         };
         for wall in 0..6_usize {
             let (axis, end) = (wall / 2, if wall % 2 == 1 { 1.0 } else { 0.0 });
-            let at = |i: u32, j: u32| {
+            let corner_of = |i: u32, j: u32| {
                 let mut corner = [end; 3];
                 (corner[(axis + 1) % 3], corner[(axis + 2) % 3]) =
                     (f64::from(i) / f64::from(SQUARES), f64::from(j) / f64::from(SQUARES));
                 DVec3::from(corner)
             };
             for (i, j) in (0..SQUARES).flat_map(|i| (0..SQUARES).map(move |j| (i, j))) {
-                let mut corners = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+                let mut corners = [corner_of(i, j), corner_of(i + 1, j), corner_of(i + 1, j + 1), corner_of(i, j + 1)];
                 if wall % 2 == 1 {
                     corners.reverse();
                 }
@@ -79,7 +79,7 @@ fn the_rim_of_a_narrow_gap_is_within_its_estimate() {
     let solution = solve(&scene, &Options { error: 0.05, ..Options::default() }, |_| true).unwrap();
     let rim = solution.gather(DVec3::new(0.999, 0.999, 0.0), DVec3::Z).unwrap();
     // By random walks, with their standard error.
-    let (truth, off) = (1.314_13, 0.009_61);
+    let (truth, error) = (1.314_13, 0.009_61);
     let (value, estimate) = (rim.radiosity[0], rim.estimate[0].total());
-    assert!((value - truth).abs() <= 2.0 * estimate + 5.0 * off && estimate < 0.5, "{value} +- {estimate}");
+    assert!((value - truth).abs() <= 2.0 * estimate + 5.0 * error && estimate < 0.5, "{value} +- {estimate}");
 }

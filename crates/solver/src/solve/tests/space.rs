@@ -33,7 +33,7 @@ fn even_room() -> Scene {
 
 /// Solved, with clusters though there are few faces.
 fn clustered(scene: &Scene, options: &Options) -> Solution {
-    let ready = Prepared::of(scene).unwrap();
+    let ready = Prepared::new(scene).unwrap();
     let mesh = Mesh::new(&ready.scene, 2).unwrap().clustered();
     solve_on(&ready, options, (mesh, Served::default()), |_| true).unwrap()
 }

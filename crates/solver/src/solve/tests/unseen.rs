@@ -53,9 +53,9 @@ fn lamps_that_no_node_sees_are_found_or_in_the_estimate() {
         let options = Options { error: 0.5, most_elements: 4000, ..Options::default() };
         let solution = solve(&scene, &options, |_| true).unwrap();
         let fine = solve(&scene, &Options { error: 0.1, ..options }, |_| true).unwrap();
-        let off = (solution.mean[0] - fine.mean[0]).abs();
+        let error = (solution.mean[0] - fine.mean[0]).abs();
         let estimates = solution.mean_estimate()[0].total() + fine.mean_estimate()[0].total();
-        assert!(off <= estimates && fine.mean[0] > 0.0, "{} and {}, {estimates}", solution.mean[0], fine.mean[0]);
+        assert!(error <= estimates && fine.mean[0] > 0.0, "{} and {}, {estimates}", solution.mean[0], fine.mean[0]);
     }
 }
 

@@ -69,9 +69,9 @@ fn light_that_is_lost_somewhere_is_solved_though_faces_reflect_all() {
     let [of_five, of_six] = [(&open, 5.0), (&black, 6.0)].map(|(of, faces)| faces * of.mean()[0]);
     assert!((of_five / of_six - 1.0).abs() < 0.01, "{of_five:?} {of_six:?}");
     // The black face's irradiance is all that is emitted, over its area.
-    let at = |x: f64, y: f64| black.gather(DVec3::new(x, y, 5.0), -DVec3::Z).unwrap().irradiance.irradiance[0];
+    let irradiance = |x: f64, y: f64| black.gather(DVec3::new(x, y, 5.0), -DVec3::Z).unwrap().irradiance.irradiance[0];
     let places = [0.1, 0.3, 0.5, 0.7, 0.9].map(|x| 5.0 * x);
-    let mean = places.iter().flat_map(|&x| places.map(|y| at(x, y))).sum::<f64>() / 25.0;
+    let mean = places.iter().flat_map(|&x| places.map(|y| irradiance(x, y))).sum::<f64>() / 25.0;
     assert!((mean - 1.0).abs() < 0.03, "{mean}");
 }
 
