@@ -156,7 +156,7 @@ macro_rules! compiled {
                 goal: Goal,
                 answers: &mut Answers<Self>,
             ) -> Result<(), Error> {
-                answers.counts = OneReceiver::new(receiver, emitters, goal, engine.level).all(engine.threads, answers)?;
+                answers.counts = OneReceiver::new(receiver, emitters, goal, engine.level).answer_all(engine.threads, answers)?;
                 Ok(())
             }
         }

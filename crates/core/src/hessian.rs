@@ -94,9 +94,9 @@ impl Hessian {
 /// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver, gradient, hessian};
 /// let triangle = Polygon::new(vec![DVec3::new(1.0, 0.0, 2.0), DVec3::new(-1.0, -1.0, 2.0), DVec3::new(-1.0, 1.0, 2.0)])?;
 /// let lamp = Emitter::new(Polygon::new(triangle.vertices().iter().rev().copied().collect())?, Emission::Constant(1.0))?;
-/// let at = |x| Receiver::new(DVec3::new(x, 0.0, 0.0), DVec3::Z, 1.0);
-/// let difference = (gradient(&at(1e-4)?, &lamp)? - gradient(&at(-1e-4)?, &lamp)?) / 2e-4;
-/// assert!((hessian(&at(0.0)?, &lamp)?.x_axis - difference).length() < 1e-8);
+/// let receiver = |x| Receiver::new(DVec3::new(x, 0.0, 0.0), DVec3::Z, 1.0);
+/// let difference = (gradient(&receiver(1e-4)?, &lamp)? - gradient(&receiver(-1e-4)?, &lamp)?) / 2e-4;
+/// assert!((hessian(&receiver(0.0)?, &lamp)?.x_axis - difference).length() < 1e-8);
 /// # Ok::<(), radgrad_core::Error>(())
 /// ```
 ///
@@ -121,11 +121,11 @@ pub fn hessian(receiver: &Receiver, emitter: &Emitter) -> Result<DMat3, Error> {
 ///
 /// ```
 /// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver, evaluate, hessian_to};
-/// let at = |x, y, z| DVec3::new(x, y, z);
-/// let lamp = Polygon::new(vec![at(-1.0, -1.0, 2.0), at(-1.0, 1.0, 2.0), at(1.0, 1.0, 2.0), at(1.0, -1.0, 2.0)])?;
+/// let point = |x, y, z| DVec3::new(x, y, z);
+/// let lamp = Polygon::new(vec![point(-1.0, -1.0, 2.0), point(-1.0, 1.0, 2.0), point(1.0, 1.0, 2.0), point(1.0, -1.0, 2.0)])?;
 /// let lamp = Emitter::new(lamp, Emission::Constant(1.0))?;
-/// let screen = [Polygon::new(vec![at(0.2, -1.0, 1.0), at(0.2, 1.0, 1.0), at(2.0, 0.0, 1.0)])?];
-/// let floor = |x| Receiver::new(at(x, 0.0, 0.0), DVec3::Z, 1.0);
+/// let screen = [Polygon::new(vec![point(0.2, -1.0, 1.0), point(0.2, 1.0, 1.0), point(2.0, 0.0, 1.0)])?];
+/// let floor = |x| Receiver::new(point(x, 0.0, 0.0), DVec3::Z, 1.0);
 /// let answer = hessian_to(&floor(0.0)?, &lamp, &screen, 1e-12)?;
 /// let gradient = |x| Ok::<_, radgrad_core::Error>(evaluate(&floor(x)?, &lamp, &screen)?.gradient);
 /// let difference = (gradient(1e-4)? - gradient(-1e-4)?) / 2e-4;

@@ -104,8 +104,8 @@ impl DoubleDouble {
         let first = self.hi / divisor.hi;
         let remainder = self - divisor * Self::from(first);
         let second = remainder.hi / divisor.hi;
-        let rest = remainder - divisor * Self::from(second);
-        let third = rest.hi / divisor.hi;
+        let last_remainder = remainder - divisor * Self::from(second);
+        let third = last_remainder.hi / divisor.hi;
         let (hi, lo) = fast_two_sum(first, second);
         Self { hi, lo } + Self::from(third)
     }

@@ -58,7 +58,7 @@ fn series<T: SideBySide>(
     }
     let mut sum = DoubleDouble { hi: tail, lo: tail.like(0.0) };
     for k in (0..wide).rev() {
-        let (c, rest) = (z.of(coefficient(k)), sum * z);
+        let (c, rest) = (z.same(coefficient(k)), sum * z);
         let (hi, lo) = fast_two_sum(c.hi, rest.hi);
         let (hi, lo) = fast_two_sum(hi, lo + (c.lo + rest.lo));
         sum = DoubleDouble { hi, lo };
@@ -67,9 +67,9 @@ fn series<T: SideBySide>(
 }
 
 impl<T: SideBySide> DoubleDouble<T> {
-    /// The same one on each lane.
+    /// A number, the same on each lane.
     #[inline(always)]
-    fn of(self, DoubleDouble { hi, lo }: DoubleDouble) -> Self {
+    fn same(self, DoubleDouble { hi, lo }: DoubleDouble) -> Self {
         Self { hi: self.hi.like(hi), lo: self.hi.like(lo) }
     }
 
@@ -96,7 +96,7 @@ impl<T: SideBySide> DoubleDouble<T> {
             #[inline(always)]
             |k| 1.0 / (2 * k + 1) as f64,
         );
-        (s * sum).times(self.hi.like(2.0)) + self.of(LN_2) * Self { hi: k, lo: self.hi.like(0.0) }
+        (s * sum).times(self.hi.like(2.0)) + self.same(LN_2) * Self { hi: k, lo: self.hi.like(0.0) }
     }
 
     /// As [`crate::arc_tangent::angle`].
@@ -128,8 +128,8 @@ impl<T: SideBySide> Div for DoubleDouble<T> {
     fn div(self, divisor: Self) -> Self {
         let first = self.hi / divisor.hi;
         let (product, error) = two_product(first, divisor.hi);
-        let rest = ((self.hi - product) - (error + first * divisor.lo)) + self.lo;
-        let (hi, lo) = fast_two_sum(first, rest / divisor.hi);
+        let remainder = ((self.hi - product) - (error + first * divisor.lo)) + self.lo;
+        let (hi, lo) = fast_two_sum(first, remainder / divisor.hi);
         Self { hi, lo }
     }
 }
@@ -140,12 +140,12 @@ impl<T: SideBySide> Arithmetic for DoubleDouble<T> {
 
     #[inline(always)]
     fn like(self, constant: f64) -> Self {
-        self.of(DoubleDouble { hi: constant, lo: 0.0 })
+        self.same(DoubleDouble { hi: constant, lo: 0.0 })
     }
 
     #[inline(always)]
     fn like_pi(self) -> Self {
-        self.of(DoubleDouble::pi())
+        self.same(DoubleDouble::pi())
     }
 
     #[inline(always)]
@@ -172,8 +172,8 @@ impl<T: SideBySide> Arithmetic for DoubleDouble<T> {
     fn sqrt(self) -> Self {
         let root = self.hi.sqrt();
         let (square, error) = two_product(root, root);
-        let rest = ((self.hi - square) - error) + self.lo;
-        let (hi, lo) = fast_two_sum(root, rest / (root + root));
+        let remainder = ((self.hi - square) - error) + self.lo;
+        let (hi, lo) = fast_two_sum(root, remainder / (root + root));
         Self { hi, lo }
     }
 
@@ -258,7 +258,7 @@ mod tests {
     /// The functions of two numbers: sum, difference, product, quotient and root, logarithm, both arc tangents, Clausen's of the
     /// third, and the series of the sine of a fourth.
     #[inline(always)]
-    fn all<S: Simd>(simd: S, numbers: [DoubleDouble; 4]) -> [DoubleDouble; 10] {
+    fn every_function<S: Simd>(simd: S, numbers: [DoubleDouble; 4]) -> [DoubleDouble; 10] {
         let splat = |c: DoubleDouble| DoubleDouble { hi: f64x4::splat(simd, c.hi), lo: f64x4::splat(simd, c.lo) };
         let [a, b, t, square] = [splat(numbers[0]), splat(numbers[1]), splat(numbers[2]), splat(numbers[3])];
         let one = |c: DoubleDouble<f64x4<S>>| DoubleDouble { hi: c.hi[2], lo: c.lo[2] };
@@ -303,8 +303,8 @@ mod tests {
             ];
             let mut first = None;
             for level in instruction_sets() {
-                let found = on_instruction_set!(level, simd => all(simd, [a, b, t, square]));
-                assert_eq!(*first.get_or_insert(found), found, "{level:?}");
+                let results = on_instruction_set!(level, simd => every_function(simd, [a, b, t, square]));
+                assert_eq!(*first.get_or_insert(results), results, "{level:?}");
             }
             for ((worst, found), truth) in worst.iter_mut().zip(first.unwrap()).zip(truth) {
                 let error = (found - truth).hi.abs();

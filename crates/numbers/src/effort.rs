@@ -37,7 +37,7 @@ impl Drop for Outer {
 /// ```
 pub fn within<R>(limit: u64, computation: impl FnOnce() -> R) -> (Option<R>, u64) {
     let outer = METER.get();
-    let limit = limit.min(left());
+    let limit = limit.min(remaining());
     METER.set(Meter { spent: 0, limit });
     let outer = Outer(outer);
     let result = computation();
@@ -61,9 +61,9 @@ pub fn spent() -> u64 {
     METER.get().spent
 }
 
-/// The operations that are left.
+/// The remaining operations.
 #[must_use]
-pub fn left() -> u64 {
+pub fn remaining() -> u64 {
     let Meter { spent, limit } = METER.get();
     limit.saturating_sub(spent)
 }
@@ -87,10 +87,10 @@ mod tests {
                     std::panic::resume_unwind(Box::new("a fault"));
                 })
             });
-            assert!(panicked.is_err() && left() == 6);
+            assert!(panicked.is_err() && remaining() == 6);
             spend(6) && !spend(1) && is_over()
         });
         assert_eq!((result, spent), (None, 11));
-        assert!(left() > 1 << 60 && !is_over());
+        assert!(remaining() > 1 << 60 && !is_over());
     }
 }

@@ -103,8 +103,8 @@ impl WideSum {
         let leading = (0..3).fold(DoubleDouble::ZERO, leading);
         let exponent = (0..top).fold(LAST_PLACE - 2 * 64 + power, |exponent, _| exponent + 64);
         let [hi, lo] = [leading.hi, leading.lo].map(|part| libm::scalbn(part, exponent));
-        let found = if hi < f64::MIN_POSITIVE { DoubleDouble::from(f64::MIN_POSITIVE) } else { DoubleDouble { hi, lo } };
-        if negative { -found } else { found }
+        let magnitude = if hi < f64::MIN_POSITIVE { DoubleDouble::from(f64::MIN_POSITIVE) } else { DoubleDouble { hi, lo } };
+        if negative { -magnitude } else { magnitude }
     }
 }
 
@@ -216,11 +216,11 @@ mod tests {
         // 1 (1e300 - 1e300) + 1e-300 (y), from points that doubles span the whole range with.
         let n = DVec3::new(1.0, 1e-300, 0.0);
         for y in [1e-300, -1e-300, 1.0, -3.0, 1e10] {
-            let found = height((n, 1.0), DVec3::new(1e300, y, 0.0), DVec3::new(1e300, 0.0, 0.0), 1e-300);
-            assert_eq!(found.hi.signum(), y.signum(), "{y}: {found:?}");
+            let offset = height((n, 1.0), DVec3::new(1e300, y, 0.0), DVec3::new(1e300, 0.0, 0.0), 1e-300);
+            assert_eq!(offset.hi.signum(), y.signum(), "{y}: {offset:?}");
         }
-        let found = height((n, 1.0), DVec3::new(3.0, 1e300, 5.0), DVec3::new(2.0, -1e300, 1e-310), 0.5);
-        assert_eq!(found.hi, 1.5);
+        let offset = height((n, 1.0), DVec3::new(3.0, 1e300, 5.0), DVec3::new(2.0, -1e300, 1e-310), 0.5);
+        assert_eq!(offset.hi, 1.5);
         assert_eq!(height((n, 1.0), DVec3::splat(1e-310), DVec3::splat(1e-310), 1.0), DoubleDouble::ZERO);
     }
 
@@ -228,8 +228,8 @@ mod tests {
     fn components_of_a_normal_far_apart_are_kept() {
         for (small, large) in [(1.25e-14, 1e308), (5e-324, f64::MAX), (1e-290, 1.0)] {
             let (n, power) = (DVec3::new(small, 0.0, large), normalising_power(large));
-            let seen = |x: f64| height((n, power), DVec3::new(x, 0.0, 3.0), DVec3::new(0.0, 0.0, 3.0), 1.0).hi;
-            assert!(seen(1.0) > 0.0 && seen(-1.0) < 0.0 && seen(0.0) == 0.0);
+            let sign_at = |x: f64| height((n, power), DVec3::new(x, 0.0, 3.0), DVec3::new(0.0, 0.0, 3.0), 1.0).hi;
+            assert!(sign_at(1.0) > 0.0 && sign_at(-1.0) < 0.0 && sign_at(0.0) == 0.0);
             // Times 2^900 it is within the range.
             let far = height((n, power), DVec3::new(2f64.powi(900), 0.0, 0.0), DVec3::ZERO, 1.0).hi;
             let (fraction, exponent) = libm::frexp(small);

@@ -40,7 +40,7 @@ impl<S: Simd, F: Lane> BoundarySums<S, F> for ConstantSums<S, F> {
         let turn = g * (*moment * inverse_square);
         self.value = self.value + part.visible(simd, turn * *lit);
         if GRADIENT {
-            let between = part.of(*product * *square);
+            let between = part.clip(*product * *square);
             let straight = (edge.inverse + edge.inverse) - *inline * inverse_square;
             let term = *toward * (inverse_square * turn + between * straight) + (between * *reach) * *level;
             self.gradient = self.gradient + *w * part.visible(simd, term);

@@ -208,8 +208,8 @@ impl<'a> Branch<'a> {
         for (index, rank) in order.iter_mut().zip(&ranks) {
             *index = rank.index;
         }
-        let at = |ranks: &[Rank]| shapes.at(ranks.iter().map(|rank| rank.place));
-        let (here, there) = both(ranks.len(), || at(&ranks[..middle]), || at(&ranks[middle..]));
+        let gather = |ranks: &[Rank]| shapes.gather(ranks.iter().map(|rank| rank.place));
+        let (here, there) = both(ranks.len(), || gather(&ranks[..middle]), || gather(&ranks[middle..]));
         let (left, right) = order.split_at_mut(middle);
         [Self { first, order: left, shapes: here }, Self { first: first + middle, order: right, shapes: there }]
     }

@@ -99,7 +99,7 @@ impl<'a, F: Lane> OneReceiver<'a, F> {
     }
 
     /// Answers all emitters, in their order.
-    pub(super) fn all(&self, threads: bool, answers: &mut Answers<F>) -> Result<Counts, Error> {
+    pub(super) fn answer_all(&self, threads: bool, answers: &mut Answers<F>) -> Result<Counts, Error> {
         let mut counts = Counts::default();
         let mut sorted = Answers::new();
         for set in &self.emitters.sets {

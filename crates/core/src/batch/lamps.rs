@@ -105,8 +105,8 @@ impl Lamps {
         match self {
             Self::Constant(_) => [constant(simd, 1.0), constant(simd, 0.0), constant(simd, 0.0)],
             Self::Linear(group) => {
-                let at = |vertex: usize| Lanes::load(simd, &group.at_vertex(vertex)[entry..]);
-                let (a, b, c) = (at(0), at(k + 1), at(k + 2));
+                let vertex_emission = |vertex: usize| Lanes::load(simd, &group.at_vertex(vertex)[entry..]);
+                let (a, b, c) = (vertex_emission(0), vertex_emission(k + 1), vertex_emission(k + 2));
                 [a, b - a, c - b]
             }
         }

@@ -81,12 +81,12 @@ impl Glow {
         // A slope that is known to less than 4u, as of a level emission in a tilted plane, counts as one that is.
         let steepness = (gradient.length() * (1.0 + 8.0 * ROUNDOFF)).max(slope_error / (4.0 * ROUNDOFF));
         let scale = largest + steepness * polygon.size() * power;
-        let off = |i: usize| {
+        let deviation = |i: usize| {
             let there = gradient.dot(Vec3::from((vertices[i] - vertices[0]) * power));
             (at_vertices[i] - at_vertices[0] - there).abs()
         };
         let is_known = emitter.vertex_error() + affine.residual <= 4.0 * ROUNDOFF * scale
-            && (0..vertices.len()).all(|i| off(i) <= 16.0 * ROUNDOFF * scale)
+            && (0..vertices.len()).all(|i| deviation(i) <= 16.0 * ROUNDOFF * scale)
             && polygon.normal_error() <= 2.0 * ROUNDOFF
             && polygon.planarity_defect() <= 4.0 * ROUNDOFF * polygon.size();
         let brightness = std::f64::consts::FRAC_1_PI / emitter.power();
@@ -111,7 +111,7 @@ impl<S: Simd> Glowing<S> for &Glow {
     #[inline(always)]
     fn ends(&self, simd: S, index: usize) -> [Wide<S>; 2] {
         let next = if index + 1 == self.at_vertices.len() { 0 } else { index + 1 };
-        [Wide::all(simd, self.at_vertices[index]), Wide::all(simd, self.at_vertices[next])]
+        [Wide::splat(simd, self.at_vertices[index]), Wide::splat(simd, self.at_vertices[next])]
     }
     #[inline(always)]
     fn gradient(&self, simd: S) -> Vector<S> {
@@ -119,11 +119,11 @@ impl<S: Simd> Glowing<S> for &Glow {
     }
     #[inline(always)]
     fn steepness(&self, simd: S) -> Wide<S> {
-        Wide::all(simd, self.steepness)
+        Wide::splat(simd, self.steepness)
     }
     #[inline(always)]
     fn largest(&self, simd: S) -> Wide<S> {
-        Wide::all(simd, self.largest)
+        Wide::splat(simd, self.largest)
     }
 }
 
@@ -351,7 +351,7 @@ impl<S: Simd, G: Glowing<S>> BoundarySums<S, f64> for LinearSums<S, G> {
         self.contour = self.contour + part.visible(simd, n1.dot(outward) * edge.inverse * flux);
         self.add_x1(simd, x1(simd, places, [*moment, beside], logarithms, g), part.mask());
         if GRADIENT {
-            let sine = part.of(*moment) * (product * *square);
+            let sine = part.clip(*moment) * (product * *square);
             let nearest = *square * edge.inverse;
             let cc = g + sine * ((nearest + nearest) - inline);
             let cs = (sine * *moment) * reach;
@@ -360,8 +360,8 @@ impl<S: Simd, G: Glowing<S>> BoundarySums<S, f64> for LinearSums<S, G> {
             let steps = rise * edge.inverse;
             let emitted = here - steps * r.dot(edge.e);
             let along = steps * *moment;
-            let seen = (cc * toward + cs * level) * emitted + (cs * toward + ss * level) * along;
-            self.edges = self.edges + *w * part.visible(simd, seen * inverse_square);
+            let weight = (cc * toward + cs * level) * emitted + (cs * toward + ss * level) * along;
+            self.edges = self.edges + *w * part.visible(simd, weight * inverse_square);
         }
         self.nearest = self.nearest.max(part.counted(simd, edge.square * inverse_square));
         self.angles = self.angles + part.counted(simd, g);

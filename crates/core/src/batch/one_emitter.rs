@@ -211,20 +211,20 @@ impl<F: LinearOnLanes> OneEmitter<'_, F> {
         let mut values = [[0.0; TILE]; 7];
         let count = open.count_ones() as usize;
         for (place, entry) in each(open).enumerate() {
-            let at = |slice: &[F]| slice[if slice.len() == 1 { 0 } else { entry }].to_double();
-            let all = receivers.position.iter().chain(&receivers.normal).chain([&receivers.reflectance]);
-            values.iter_mut().zip(all).for_each(|(values, slice)| values[place] = at(slice));
+            let entry_of = |slice: &[F]| slice[if slice.len() == 1 { 0 } else { entry }].to_double();
+            let slices = receivers.position.iter().chain(&receivers.normal).chain([&receivers.reflectance]);
+            values.iter_mut().zip(slices).for_each(|(values, slice)| values[place] = entry_of(slice));
         }
         let [x, y, z, nx, ny, nz, reflectance] = values.each_ref().map(|values| &values[..count]);
         let receivers = Receivers { position: [x, y, z], normal: [nx, ny, nz], reflectance };
         let mut work = Work::new();
         let settled = lamp.on_lanes(self.level, &receivers, self.goal.doubled(), &mut work.slots(count, self.goal.asked));
         *counts += Counts { doubled: count, ..settled.counts() };
-        let mut left = 0;
+        let mut remaining = 0;
         let still_open = settled.open(count);
         for (place, entry) in each(open).enumerate() {
             if still_open >> place & 1 == 1 {
-                left |= 1 << entry;
+                remaining |= 1 << entry;
             } else {
                 put(slots, entry, &work.answer(place, self.goal.asked))?;
             }
@@ -232,7 +232,7 @@ impl<F: LinearOnLanes> OneEmitter<'_, F> {
                 slots.see_nothing([entry].into_iter());
             }
         }
-        Ok(left)
+        Ok(remaining)
     }
 }
 

@@ -59,7 +59,7 @@ impl Shapes {
     }
 
     /// Those at some places, in that order.
-    pub(super) fn at(&self, places: impl ExactSizeIterator<Item = usize>) -> Self {
+    pub(super) fn gather(&self, places: impl ExactSizeIterator<Item = usize>) -> Self {
         let (corners, facets) = (self.corners, self.corners - 2);
         let mut shapes = Self::with_room(corners, places.len());
         for place in places {

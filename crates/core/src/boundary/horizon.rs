@@ -60,12 +60,12 @@ fn clipped<T: Real>(receiver: &Receiver, polygon: &Polygon, power: f64) -> Arcs<
                 arcs.push(Arc::of_edge(start, end, T::exact(1.0), line));
             } else if starts_above {
                 let fraction = before / (before - after);
-                let crossing = Sighted::at(start.point + line.e * fraction);
+                let crossing = Sighted::new(start.point + line.e * fraction);
                 arcs.push(Arc::of_edge(start, crossing, fraction, line));
                 left = Some(crossing);
             } else {
                 let fraction = after / (after - before);
-                let crossing = Sighted::at(end.point - line.e * fraction);
+                let crossing = Sighted::new(end.point - line.e * fraction);
                 arcs.push(Arc::of_edge(crossing, end, fraction, line));
                 match left {
                     Some(exit) => arcs.extend(gap.replace(Arc::between(exit, crossing, horizon))),

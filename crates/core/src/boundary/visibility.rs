@@ -91,13 +91,13 @@ pub(crate) fn in_between<'a>(receiver: &Receiver, emitter: &Polygon, occluders: 
     }
     let lit: Few<BoundingCone> = outlines.iter().map(|outline| BoundingCone::of_polygon(x, outline)).collect();
     let may_hide = |occluder: &&&Polygon| {
-        let seen = side_of(x, occluder, plan.power);
+        let side = side_of(x, occluder, plan.power);
         convex_parts(occluder).iter().any(|part| {
             let mut outline = corners(occluder, part);
-            if seen == Side::InPlane || !is_cone(occluder, &outline) {
+            if side == Side::InPlane || !is_cone(occluder, &outline) {
                 return true;
             }
-            if seen == Side::Back {
+            if side == Side::Back {
                 outline.reverse();
             }
             let cone = BoundingCone::of_polygon(x, &outline);
@@ -178,8 +178,8 @@ fn in_the_way<'a, T>(
     for &occluder in occluders {
         let screen = |indices: Few<usize>| Screen::new(receiver, emitter, occluder, &indices, plan);
         let may_hide = |screen: &Screen<'_>| !whole.iter().all(|part| screen.misses(&part.cone));
-        let found = convex_parts(occluder).into_iter().filter_map(screen).filter(may_hide);
-        screens.extend(found);
+        let screens_between = convex_parts(occluder).into_iter().filter_map(screen).filter(may_hide);
+        screens.extend(screens_between);
     }
     // Doubles that are not negative are in the order of their bits.
     screens.sort_by_cached_key(|screen: &Screen<'_>| Reverse(screen.cone.size().to_bits()));

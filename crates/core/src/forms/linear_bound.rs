@@ -117,7 +117,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x4, f64x8, mask64x4};
 use radgrad_numbers::double_double::ROUNDOFF_OF_DOUBLE_DOUBLE;
 use radgrad_numbers::double_double_on_lanes::ROUNDOFF_ON_LANES;
-use radgrad_numbers::lanes::vectors::{all, plus_first};
+use radgrad_numbers::lanes::vectors::{plus_first, splat_vector};
 use radgrad_numbers::number::ROUNDOFF;
 use radgrad_numbers::vec3::Vec3;
 
@@ -258,7 +258,7 @@ impl Errors {
         if !(if WIDE { plain } else { plain & narrow }).all_true() {
             return None;
         }
-        let (n1, gradient) = (all(simd, sum.seen.n1.into()), all(simd, sum.seen.gradient.into()));
+        let (n1, gradient) = (splat_vector(simd, sum.seen.n1.into()), splat_vector(simd, sum.seen.gradient.into()));
         let (g, ew) = (arc.angle, four.relative_error());
         let least = g.min(f64x4::splat(simd, 1.0));
         let (visible, moved) = match cut {
@@ -432,18 +432,18 @@ impl Errors {
     #[inline(always)]
     pub(crate) fn bound(&self, sum: &LinearSum<f64>, terms: &IrradianceAndGradient<f64>) -> LinearBound {
         let Self { steepness, .. } = *self;
-        let seen = &sum.seen;
+        let case = &sum.seen;
         let (phi, q) = sum.phi_and_q();
         let (size, facing, slope, across) =
-            (phi.norm(), phi.dot(seen.n1).abs(), seen.gradient.dot(phi).abs(), q.dot(seen.n1).abs());
+            (phi.norm(), phi.dot(case.n1).abs(), case.gradient.dot(phi).abs(), q.dot(case.n1).abs());
         let of_phi = 0.5 * self.first.x + 5.0 * size;
         let of_slope = 0.5 * self.first.y + 5.0 * steepness * size;
         let partial = 0.5 * (steepness * sum.x1.abs() + self.second.z) + slope;
-        let of_x1 = seen.gradient.dot(seen.n1).abs() * self.first.z;
-        let of_q = 0.5 * (of_x1 + self.second.x) + seen.n1.dot(seen.n2).abs() * of_slope + 9.0 * partial;
-        let (beta, height) = (seen.beta.abs(), seen.height);
+        let of_x1 = case.gradient.dot(case.n1).abs() * self.first.z;
+        let of_q = 0.5 * (of_x1 + self.second.x) + case.n1.dot(case.n2).abs() * of_slope + 9.0 * partial;
+        let (beta, height) = (case.beta.abs(), case.height);
         let radiosity = beta * of_phi + facing * self.beta + height * of_q + self.height * across;
-        let products = 4.0 * (beta * size + height * partial) + 3.0 * terms.irradiance.dot(seen.n1).abs();
+        let products = 4.0 * (beta * size + height * partial) + 3.0 * terms.irradiance.dot(case.n1).abs();
         let in_plane = steepness * of_phi;
         let gradient = (in_plane * in_plane + of_q * of_q).sqrt() + self.second.y;
         let sums = 5.0 * (steepness * facing + across) + 4.0 * terms.gradient.norm();
@@ -571,7 +571,7 @@ mod tests {
 
     #[test]
     fn derivatives_of_an_end_are_those_of_its_functions() {
-        let mut found = 0;
+        let mut ends = 0;
         for (i, j) in (1..400).flat_map(|i| (1..=i).map(move |j| (i, j))) {
             let [phi, psi] = [i, j].map(|k| f64::from(k) * (FRAC_PI_2 / 400.0));
             let (s, d, distance) = (1.0, libm::cos(phi) / libm::sin(phi), libm::cos(psi) / libm::sin(psi));
@@ -580,15 +580,15 @@ mod tests {
                 continue;
             }
             let logarithm = 0.5 * libm::log((s + distance * distance) / square);
-            let end = X1End::at(s, [d, distance, d + distance], logarithm);
+            let end = X1End::new(s, [d, distance, d + distance], logarithm);
             let ([by_phi, by_psi], _) = derivatives(&end, logarithm, [s, d, distance], 1.0 / square.sqrt());
             let of_phi = logarithm + 2.0 * slope(phi) - slope(phi - psi) - slope(phi + psi);
             let of_psi = slope(phi - psi) - slope(phi + psi);
             assert!(of_phi.abs() <= by_phi && of_psi.abs() <= by_psi, "{phi} {psi}: {of_phi} {by_phi}, {of_psi} {by_psi}");
             assert!(by_phi - of_phi.abs() < 2e-5 && by_psi - of_psi.abs() < 2e-5, "{phi} {psi}");
-            found += 1;
+            ends += 1;
         }
-        assert!(found > 70_000, "{found}");
+        assert!(ends > 70_000, "{ends}");
     }
 
     #[test]
@@ -601,8 +601,8 @@ mod tests {
                 let (of_phi, of_psi) = if sum <= FRAC_PI_2 {
                     (2.0 * slope(phi) - slope(phi - psi) - slope(sum), slope(phi - psi) - slope(sum))
                 } else {
-                    let rest = 2.0 * FRAC_PI_2 - sum;
-                    (2.0 * slope(phi) - slope(phi - psi) - slope(rest), slope(phi - psi) - slope(rest))
+                    let supplement = 2.0 * FRAC_PI_2 - sum;
+                    (2.0 * slope(phi) - slope(phi - psi) - slope(supplement), slope(phi - psi) - slope(supplement))
                 };
                 let (most_of_phi, most_of_psi) = ((phi * psi).min(1.0) + 1e-12, (phi * psi).min(0.5) + 1e-12);
                 assert!(of_phi.abs() <= most_of_phi && of_psi.abs() <= most_of_psi, "{phi} {psi} {of_phi} {of_psi}");

@@ -193,7 +193,7 @@ impl<T: Real> OnArc<T> {
             let mut row: Vec<T> = Vec::with_capacity(degree + 1);
             for j in (0..=degree - i).rev() {
                 row = times(&row, self.foot[1], self.along[1]);
-                add_constant(&mut row, f.at(i, j));
+                add_constant(&mut row, f.coefficient(i, j));
             }
             sum = times(&sum, self.foot[0], self.along[0]);
             for (k, c) in row.into_iter().enumerate() {

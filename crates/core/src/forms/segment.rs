@@ -30,8 +30,8 @@ pub(crate) fn met_frame<T: Arithmetic>(normal: Vec3<T>, n2: Vec3<T>, height: T) 
 #[inline]
 pub(crate) fn logarithms<T: Real>(arc: &Arc<T>, height: T) -> [T; 2] {
     let square = height * height;
-    let of = |end: &Sighted<T>| (end.square / square).ln() * T::exact(0.5);
-    [of(&arc.start), of(&arc.end)]
+    let log_distance = |end: &Sighted<T>| (end.square / square).ln() * T::exact(0.5);
+    [log_distance(&arc.start), log_distance(&arc.end)]
 }
 
 /// The segment's part of X1, given the [`logarithms`] of its ends.
@@ -57,7 +57,7 @@ pub(crate) fn x1_term<T: Real>(arc: &Arc<T>, frame: &Frame<T>, kappa: T, height:
 fn x1_end<T: Real>(s: T, distances: [T; 3], height: T, logarithm: T) -> [T; 3] {
     match without_direction(s.abs(), distances[0], height) {
         Some(end) => end.on_side_of(s),
-        None => X1End::at(s.abs(), distances, logarithm).on_side_of(s),
+        None => X1End::new(s.abs(), distances, logarithm).on_side_of(s),
     }
 }
 
@@ -69,8 +69,8 @@ fn lowest<T: Real>(height: T) -> RadiusOf<T> {
 fn without_direction<T: Real>(s: T, d: T, height: T) -> Option<X1End<T>> {
     let (zero, one, moved) = (T::exact(0.0), T::exact(1.0), s.error() + d.error());
     ((d * d + s * s).size() <= moved * moved * 16.0).then(|| {
-        let most = (s.size() + d.size() + moved) / lowest(height);
-        X1End { term: zero.widened(most * most), above: one, below: one, phi: zero, psi: zero, beyond: false }
+        let radius = (s.size() + d.size() + moved) / lowest(height);
+        X1End { term: zero.widened(radius * radius), above: one, below: one, phi: zero, psi: zero, beyond: false }
     })
 }
 
@@ -88,7 +88,7 @@ pub(crate) struct X1End<T: Arithmetic> {
 impl<T: Arithmetic> X1End<T> {
     /// At `s >= 0` along a segment at the in-plane distance d and the distance S, given them and their sum.
     #[inline(always)]
-    pub(crate) fn at(s: T, distances: [T; 3], logarithm: T) -> Self {
+    pub(crate) fn new(s: T, distances: [T; 3], logarithm: T) -> Self {
         Self::at_angle(s, s.atan2_right(distances[1]), distances, logarithm)
     }
 

@@ -57,7 +57,7 @@ impl<const N: usize> Bounded<N> {
         }
         #[cfg(feature = "arbitrary-precision")]
         {
-            let find = || Some(Q::find::<Ball<Big>>(case)?.map(Enclosure::of));
+            let find = || Some(Q::find::<Ball<Big>>(case)?.map(Enclosure::from_ball));
             let is_open =
                 |found: &[Enclosure; N]| (case.is_of_one_scale() && is_nothing(found)) || Enclosed::is_coincidence(case);
             match refined(PRECISIONS, enough_for_doubles(tolerance), |found| relative_error(found), is_open, find) {
@@ -74,9 +74,9 @@ impl<const N: usize> Bounded<N> {
 
     /// The closed form with a running bound.
     fn by<Q: Components<N>, M: Number>(case: &Case<'_>, method: Method) -> Option<Self> {
-        let found = Q::find::<Ball<M>>(case)?;
-        let error = Q::norm(found.map(Real::value_error)) * Q::UP;
-        Some(Self { components: found.map(Real::value), error, method })
+        let components = Q::find::<Ball<M>>(case)?;
+        let error = Q::norm(components.map(Real::value_error)) * Q::UP;
+        Some(Self { components: components.map(Real::value), error, method })
     }
 
     fn answer<Q: Components<N>>(&self, case: &Case<'_>) -> Result<Self, Error> {

@@ -82,8 +82,8 @@ const SPARE_BITS: usize = 8192;
 ///
 /// ```
 /// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver, evaluate_digits};
-/// let at = |x, y, z| DVec3::new(x, y, z);
-/// let ceiling = Polygon::new(vec![at(0.0, 0.0, 1.0), at(0.0, 1.0, 1.0), at(1.0, 1.0, 1.0), at(1.0, 0.0, 1.0)])?;
+/// let point = |x, y, z| DVec3::new(x, y, z);
+/// let ceiling = Polygon::new(vec![point(0.0, 0.0, 1.0), point(0.0, 1.0, 1.0), point(1.0, 1.0, 1.0), point(1.0, 0.0, 1.0)])?;
 /// let lamp = Emitter::new(ceiling, Emission::Constant(1.0))?;
 /// let corner = Receiver::new(DVec3::ZERO, DVec3::Z, 1.0)?;
 /// let answer = evaluate_digits(&corner, &lamp, &[], 50)?;
@@ -142,7 +142,10 @@ impl Enclosed {
     pub(crate) fn find(case: &Case<'_>) -> Option<Self> {
         let terms = IrradianceAndGradient::<Ball<Big>>::sum::<true, true>(case)?;
         let Vec3 { x, y, z } = terms.gradient(case.receiver);
-        Some(Self { radiosity: Enclosure::of(terms.radiosity(case.receiver)), gradient: [x, y, z].map(Enclosure::of) })
+        Some(Self {
+            radiosity: Enclosure::from_ball(terms.radiosity(case.receiver)),
+            gradient: [x, y, z].map(Enclosure::from_ball),
+        })
     }
 
     /// Whether with the bits of the computation it stays open what an occluder hides, in which plane an emission varies, or by which
@@ -197,16 +200,16 @@ impl Enclosed {
         // A unit of the last place is at most a tenth of the tolerance.
         let place = |size: Magnitude| size.decimal_exponent() - i64::from(digits) - 1;
         let rounded = |radius: Magnitude, last: i64| radius + Magnitude::power_of_ten(last);
-        let most = |components: &[Enclosure]| upper_decimal(norm(components.iter().map(|c| c.size() + c.radius)));
+        let largest_norm = |components: &[Enclosure]| upper_decimal(norm(components.iter().map(|c| c.size() + c.radius)));
         let zero = || "0".to_owned();
         let (radiosity, radiosity_error) = if are_nothing[0] {
-            (zero(), most(from_ref(&self.radiosity)))
+            (zero(), largest_norm(from_ref(&self.radiosity)))
         } else {
             let last = place(self.radiosity.size());
             (to_decimal(&self.radiosity.mid, last), upper_decimal(rounded(self.radiosity.radius, last)))
         };
         let (gradient, gradient_error) = if are_nothing[1] {
-            ([zero(), zero(), zero()], most(&self.gradient))
+            ([zero(), zero(), zero()], largest_norm(&self.gradient))
         } else {
             let last = place(norm(self.gradient.each_ref().map(Enclosure::size)));
             let error = norm(self.gradient.each_ref().map(|c| rounded(c.radius, last)));
@@ -233,10 +236,11 @@ pub(crate) fn to_doubles<const N: usize>(normalised: &[Enclosure; N], unit: Call
         unit.check_finite(values)?;
         unit.check_size(values)?;
     } else {
-        let most = |of: &[Enclosure; N]| norm(of.each_ref().map(|c| c.size() + c.radius)) * (1.0 + 16.0 * f64::EPSILON);
+        let largest_norm =
+            |components: &[Enclosure; N]| norm(components.each_ref().map(|c| c.size() + c.radius)) * (1.0 + 16.0 * f64::EPSILON);
         let has_no_digits = values.iter().all(|v| v.abs() < f64::MIN_POSITIVE) || values.iter().any(|v| !v.is_finite());
         if has_no_digits || is_nothing(normalised) {
-            return Ok(([0.0; N], bounding(most(&scaled))));
+            return Ok(([0.0; N], bounding(largest_norm(&scaled))));
         }
     }
     Ok((values, bounding(norm(rounded.map(|(_, error)| error)) * (1.0 + 16.0 * f64::EPSILON))))

@@ -84,25 +84,28 @@ impl Case<'_> {
         let height = height.hi.abs() + 4.0 * (polygon.half_slab() * plan.power + height_error);
         let turned = (receiver.normal() - polygon.normal()).length() * UP + 8.0 * ROUNDOFF + polygon.normal_error();
         let slant = turned.min(1.0);
-        let outline = self.seen(polygon);
+        let outline = self.relative_vertices(polygon);
         let distance = clear(&outline) - height;
         let is_outside = distance > 0.0 && !is_around(&outline, polygon.normal());
         let strip = if is_outside { 2.0 * slant * height / distance } else { f64::INFINITY };
         let share = receiver.reflectance() * (0.25 * turned * turned).min(strip).min(1.0) * UP;
         let [low, high] = self.range();
-        let most = low.abs().max(high);
+        let largest_emission = low.abs().max(high);
         let is_convex = polygon.is_convex();
         let is_crossed = is_outside || distance <= 0.0 || !is_convex;
         let layers = if is_convex { 1.0 } else { (polygon.vertices().len() / 2) as f64 };
         let slack = if distance > 0.0 { 2.0 * slant * height / distance } else { f64::INFINITY };
-        let crossed =
-            if is_crossed { receiver.reflectance() * layers * (0.25 * turned * turned).min(slack) * UP * most } else { 0.0 };
-        let off_edges = occluders.iter().map(|occluder| clear(&self.seen(occluder))).fold(distance, f64::min);
+        let crossed = if is_crossed {
+            receiver.reflectance() * layers * (0.25 * turned * turned).min(slack) * UP * largest_emission
+        } else {
+            0.0
+        };
+        let off_edges = occluders.iter().map(|occluder| clear(&self.relative_vertices(occluder))).fold(distance, f64::min);
         let gradient_error = if off_edges > 0.0 {
-            let all = occluders.iter().map(|occluder| self.seen(occluder)).chain([outline]);
-            let edges: f64 = all.map(|outline| near_edges(&outline, height)).sum();
+            let outlines = occluders.iter().map(|occluder| self.relative_vertices(occluder)).chain([outline]);
+            let edges: f64 = outlines.map(|outline| near_edges(&outline, height)).sum();
             let slope = emitter.steepest_emission() * emitter.power() / plan.power * self.slope(is_outside, distance);
-            receiver.reflectance() * FRAC_1_PI * slant * (most * edges + slope) * UP
+            receiver.reflectance() * FRAC_1_PI * slant * (largest_emission * edges + slope) * UP
         } else {
             f64::INFINITY
         };
@@ -115,7 +118,7 @@ impl Case<'_> {
     }
 
     /// A polygon's vertices from the receiver, in normalised lengths.
-    fn seen(&self, polygon: &Polygon) -> Vec<DVec3> {
+    fn relative_vertices(&self, polygon: &Polygon) -> Vec<DVec3> {
         polygon.vertices().iter().map(|v| (*v - self.receiver.position()) * self.plan.power).collect()
     }
 
@@ -138,11 +141,11 @@ impl Case<'_> {
             Emission::Constant(value) => [(value * power).min(0.0), (value * power).max(0.0)],
             Emission::Linear(_) => {
                 let affine = emitter.affine();
-                let off = emitter.vertex_error()
+                let error = emitter.vertex_error()
                     + affine.residual
                     + 2.0 * emitter.steepest_emission() * power * emitter.polygon().half_slab();
                 let values = (0..emitter.polygon().vertices().len()).map(|i| emitter.vertex_value(i));
-                values.fold([0.0, 0.0], |[low, high], b| [f64::min(low, b - off), f64::max(high, b + off)])
+                values.fold([0.0, 0.0], |[low, high], b| [f64::min(low, b - error), f64::max(high, b + error)])
             }
             Emission::Polynomial(_) => [-1.0, 1.0].map(|sign| sign * emitter.largest_emission() * power),
         }

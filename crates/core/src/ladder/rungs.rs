@@ -69,7 +69,7 @@ struct Budget {
 const WIDE_BESIDE_RUNNING: f64 = 2.0;
 
 impl Budget {
-    fn of(emission: &Emission) -> Self {
+    fn for_emission(emission: &Emission) -> Self {
         match emission {
             Emission::Constant(_) => Self { wide: 0.4, cheap: 110, running: 110, beside_lanes: 900, dear: 2000 },
             Emission::Linear(_) => Self { wide: 0.5, cheap: 260, running: 4000, beside_lanes: 5800, dear: 16000 },
@@ -148,21 +148,21 @@ impl DirectAttempt {
     /// decides, with the plan made on the way.
     #[inline]
     pub(crate) fn new(receiver: &Receiver, emitter: &Emitter, tolerance: f64) -> Result<Self, Error> {
-        let narrow = Budget::of(emitter.emission()).wide;
+        let narrow = Budget::for_emission(emitter.emission()).wide;
         match emitter.emission() {
             Emission::Constant(_) => {
                 let sure = BoundedSum::where_sure(receiver, emitter.polygon(), narrow);
                 Self::from(sure, receiver, emitter, tolerance, |case, terms, bound| case.of_unit_emission(terms, *bound))
             }
             Emission::Linear(_) => {
-                let found = |case: &Case<'_>, terms: &_, bound: &_| case.of_linear(terms, *bound);
+                let of_linear = |case: &Case<'_>, terms: &_, bound: &_| case.of_linear(terms, *bound);
                 match edge_lanes::linear::bounded_where_sure(receiver, emitter, narrow, tolerance) {
                     // Apart, so that the common case is not copied.
                     None => {
                         let sure = edge_lanes::linear::bounded_far_out(receiver, emitter, narrow);
-                        Self::from(sure, receiver, emitter, tolerance, found)
+                        Self::from(sure, receiver, emitter, tolerance, of_linear)
                     }
-                    sure => Self::from(sure, receiver, emitter, tolerance, found),
+                    sure => Self::from(sure, receiver, emitter, tolerance, of_linear),
                 }
             }
             Emission::Polynomial(_) => Ok(Self::Nothing),
@@ -242,7 +242,7 @@ impl Case<'_> {
         tolerance: f64,
         accepted: impl Fn(&Found, Method) -> Result<Option<A>, Error>,
     ) -> Result<Climb<A>, Error> {
-        let budget = Budget::of(self.emitter.emission());
+        let budget = Budget::for_emission(self.emitter.emission());
         let tried = Cell::new(false);
         let enough = if tolerance > FINE { TRUNCATED * tolerance } else { FULL_PRECISION };
         let by_rule = |most: usize, enough: f64| -> Result<Option<A>, Error> {
@@ -264,22 +264,22 @@ impl Case<'_> {
         {
             return Ok(Climb::Met(answer));
         }
-        let found = derived.unwrap_or_else(|| self.certified::<f64, GRADIENT>());
-        if let Some(answer) = accepted(&found, Method::ClosedForm)? {
+        let closed_form = derived.unwrap_or_else(|| self.certified::<f64, GRADIENT>());
+        if let Some(answer) = accepted(&closed_form, Method::ClosedForm)? {
             return Ok(Climb::Met(answer));
         }
         if self.is_for_lanes(derived.as_ref(), &accepted) {
-            let by_rounding = [found.radiosity.abs(), found.gradient.length()].map(|size| LEAST_OF_RULE * size);
+            let by_rounding = [closed_form.radiosity.abs(), closed_form.gradient.length()].map(|size| LEAST_OF_RULE * size);
             let [radiosity_error, gradient_error] = by_rounding;
-            let best = Found { radiosity_error, gradient_error, ..found };
+            let best = Found { radiosity_error, gradient_error, ..closed_form };
             if !tried.get()
                 && !matches!(accepted(&best, Method::Quadrature), Ok(None))
                 && let Some(answer) = by_rule(budget.beside_lanes, enough)?
             {
                 return Ok(Climb::Met(answer));
             }
-            if let Some(found) = self.on_double_double_lanes(&found)
-                && let Some(answer) = accepted(&found, Method::DoubleDouble)?
+            if let Some(precise) = self.on_double_double_lanes(&closed_form)
+                && let Some(answer) = accepted(&precise, Method::DoubleDouble)?
             {
                 return Ok(Climb::Met(answer));
             }
@@ -289,8 +289,8 @@ impl Case<'_> {
         {
             return Ok(Climb::Met(answer));
         }
-        let found = self.certified::<DoubleDouble, GRADIENT>();
-        Ok(accepted(&found, Method::DoubleDouble)?.map_or(Climb::Last(found), Climb::Met))
+        let precise = self.certified::<DoubleDouble, GRADIENT>();
+        Ok(accepted(&precise, Method::DoubleDouble)?.map_or(Climb::Last(precise), Climb::Met))
     }
 
     /// The closed form with a running bound, with as many bits as it takes, rounded to doubles; or a Gauss rule of any cost,
@@ -353,7 +353,7 @@ impl Case<'_> {
         }
         match emitter.emission() {
             Emission::Constant(_) => {
-                let (terms, bound) = BoundedSum::of(receiver, emitter.polygon(), plan);
+                let (terms, bound) = BoundedSum::of_polygon(receiver, emitter.polygon(), plan);
                 Some(self.of_unit_emission(&terms, bound))
             }
             Emission::Linear(_) if plan.horizon == Horizon::Above => {
@@ -442,13 +442,13 @@ impl Case<'_> {
     fn certified<N: Number, const GRADIENT: bool>(&self) -> Found {
         let Some(terms) = IrradianceAndGradient::<Ball<N>>::sum::<true, GRADIENT>(self) else { return Found::ZERO };
         let (radiosity, gradient) = (terms.radiosity(self.receiver), terms.gradient(self.receiver));
-        let found = Found { radiosity: radiosity.value(), radiosity_error: radiosity.value_error(), ..Found::ZERO };
+        let value_only = Found { radiosity: radiosity.value(), radiosity_error: radiosity.value_error(), ..Found::ZERO };
         if !GRADIENT {
-            return found;
+            return value_only;
         }
         let radius = gradient.map(Real::value_error);
         let gradient_error = radius.length() * (1.0 + 8.0 * f64::EPSILON);
-        Found { gradient: gradient.map(Real::value), gradient_error, ..found }
+        Found { gradient: gradient.map(Real::value), gradient_error, ..value_only }
     }
 
     /// The answer by a result that meets the tolerance, unless bounds below the normal range are too coarse for it.

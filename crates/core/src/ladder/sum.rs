@@ -37,8 +37,8 @@ impl<T: Real> IrradianceAndGradient<T> {
             let emission = T::exact(emitter.affine().value);
             Self { irradiance: angles.phi() * emission, gradient: edges.sum() * emission }.widened(uncertainty)
         } else if let Some(plane) = emitter.polynomial() {
-            let seen = SeenPolynomial::new(receiver, emitter, plane, plan.power);
-            let mut sum = PolynomialSum::new(seen);
+            let relative = SeenPolynomial::new(receiver, emitter, plane, plan.power);
+            let mut sum = PolynomialSum::new(relative);
             let uncertainty = visit(case, |arc: &Arc<T>| sum.add::<GRADIENT>(arc))?;
             let gradient = if GRADIENT { sum.gradient() } else { Vec3::zero() };
             Self { irradiance: sum.irradiance(), gradient }.widened(uncertainty)

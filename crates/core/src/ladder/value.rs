@@ -29,7 +29,7 @@ use crate::ladder::rungs::{Climb, Found};
 
 impl Tolerance {
     /// The error that is allowed of a value.
-    fn of(self, value: f64) -> f64 {
+    fn allowed(self, value: f64) -> f64 {
         self.absolute.max(self.relative * value.abs())
     }
 }
@@ -48,12 +48,12 @@ impl Case<'_> {
         let nearly = Tolerance { relative: normalised.relative.max(1.01 * ROUNDOFF), ..normalised };
         let climb = self.climb::<_, false>(normalised.relative, |found, method| {
             let enough = if method == Method::DoubleDouble { nearly } else { normalised };
-            if found.radiosity_error > enough.of(found.radiosity) || found.radiosity_error.is_nan() {
+            if found.radiosity_error > enough.allowed(found.radiosity) || found.radiosity_error.is_nan() {
                 return Ok(None);
             }
             let value = self.value_of(found, method)?;
             let is_fine = value.radiosity_error >= f64::MIN_POSITIVE
-                || value.radiosity_error <= tolerance.of(value.radiosity)
+                || value.radiosity_error <= tolerance.allowed(value.radiosity)
                 || method == Method::DoubleDouble;
             Ok(Some(value).filter(|_| is_fine))
         })?;
@@ -81,16 +81,16 @@ impl Case<'_> {
         };
         let find = || {
             let terms = IrradianceAndGradient::<Ball<Big>>::sum::<true, false>(self)?;
-            Some(Enclosure::of(terms.radiosity(self.receiver)))
+            Some(Enclosure::from_ball(terms.radiosity(self.receiver)))
         };
         let stays_open =
             |found: &Enclosure| (self.is_of_one_scale() && is_nothing(from_ref(found))) || Enclosed::is_coincidence(self);
-        let found = match refined(PRECISIONS, enough, share, stays_open, find) {
+        let enclosure = match refined(PRECISIONS, enough, share, stays_open, find) {
             Outcome::Nothing { .. } => return Ok(Value::ZERO),
             Outcome::Found(refined) => refined.found,
             Outcome::TooDear => return self.value_of(before, Method::DoubleDouble),
         };
-        let ([radiosity], radiosity_error) = to_doubles(from_ref(&found), self.radiosity_unit())?;
+        let ([radiosity], radiosity_error) = to_doubles(from_ref(&enclosure), self.radiosity_unit())?;
         Ok(Value { radiosity, radiosity_error, method: Method::ArbitraryPrecision })
     }
 

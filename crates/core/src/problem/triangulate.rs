@@ -12,25 +12,25 @@ pub(crate) type Few<T> = SmallVec<[T; 4]>;
 /// Vertex indices of each part, in the polygon's order.
 pub(crate) fn convex_parts(polygon: &Polygon) -> SmallVec<[Few<usize>; 1]> {
     let count = polygon.vertices().len();
-    let mut rest: Few<usize> = (0..count).collect();
+    let mut remaining: Few<usize> = (0..count).collect();
     if polygon.is_convex() {
-        return smallvec![rest];
+        return smallvec![remaining];
     }
     let points = polygon.projected();
     let mut parts = SmallVec::with_capacity(count - 2);
-    let mut ears: Vec<bool> = (0..count).map(|k| is_ear(&points, &rest, k)).collect();
-    while rest.len() > 3 {
+    let mut ears: Vec<bool> = (0..count).map(|k| is_ear(&points, &remaining, k)).collect();
+    while remaining.len() > 3 {
         // A simple polygon always has an ear; were rounding in the projection to hide it, the flattest corner is cut.
         let ear = ears.iter().position(|is_ear| *is_ear).unwrap_or(0);
-        parts.push(SmallVec::from_slice(&corner(&rest, ear)));
-        rest.remove(ear);
+        parts.push(SmallVec::from_slice(&corner(&remaining, ear)));
+        remaining.remove(ear);
         ears.remove(ear);
         // No other corner becomes or ceases to be an ear: the diagonals of the others are inside what is left if they were inside before.
-        for k in [(ear + rest.len() - 1) % rest.len(), ear % rest.len()] {
-            ears[k] = is_ear(&points, &rest, k);
+        for k in [(ear + remaining.len() - 1) % remaining.len(), ear % remaining.len()] {
+            ears[k] = is_ear(&points, &remaining, k);
         }
     }
-    parts.push(rest);
+    parts.push(remaining);
     // A corner on a straight run has no area and no boundary of its own.
     parts.retain(|part: &mut Few<usize>| turn(&points, part[0], part[1], part[2]) > 0.0);
     parts

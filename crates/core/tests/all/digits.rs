@@ -86,12 +86,12 @@ fn screens() -> [Polygon; 2] {
 #[test]
 fn the_corner_of_a_square_has_its_known_form_factor_to_a_hundred_digits() {
     // atan(1/sqrt 2) / (pi sqrt 2)
-    let known =
+    let published =
         "0.138531605994892996780769708634475679730737394849014117310118299684577711776783544865953863908507945798889146788683";
     let square = polygon(&[[0.0, 0.0, 1.0], [0.0, 1.0, 1.0], [1.0, 1.0, 1.0], [1.0, 0.0, 1.0]]);
     let corner = Receiver::new(DVec3::ZERO, DVec3::Z, 1.0).unwrap();
     let answer = evaluate_digits(&corner, &Emitter::new(square, Emission::Constant(1.0)).unwrap(), &[], 100).unwrap();
-    let error = difference(&number(&answer.radiosity), &number(known)).abs();
+    let error = difference(&number(&answer.radiosity), &number(published)).abs();
     assert!(at_most(&error, &number(&answer.radiosity_error)) && at_most(&error, &number("1.4e-101")));
     assert!(keeps_its_promise(&answer, 100));
 }
@@ -275,8 +275,8 @@ fn a_number_of_digits_that_is_not_served_is_refused() {
         let refused = evaluate_digits(&receiver(UP), &lamp(linear()), &[], digits);
         assert_eq!(refused, Err(Error::Digits { value: digits, most: MOST_DIGITS }));
     }
-    let all = evaluate_digits(&receiver(UP), &lamp(Emission::Constant(1.0)), &[], MOST_DIGITS).unwrap();
-    assert!(all.radiosity.len() > 1000 && all.bits >= 3322);
+    let thousand = evaluate_digits(&receiver(UP), &lamp(Emission::Constant(1.0)), &[], MOST_DIGITS).unwrap();
+    assert!(thousand.radiosity.len() > 1000 && thousand.bits >= 3322);
 }
 
 /// Emission that is odd over a square above a receiver in the middle: nothing is left of the value, all of the gradient.
@@ -373,8 +373,8 @@ fn walls_on_the_floor_of_the_receiver_have_all_digits() {
             "case {case}: {answer:?}, {digits:?}"
         );
         let slope = DVec3::from([0, 1, 2].map(|axis| digits.gradient[axis].parse::<f64>().unwrap()));
-        let off = (answer.gradient - slope).length();
-        assert!(off <= answer.gradient_error + 1e-15 * slope.length(), "case {case}: {answer:?}, {digits:?}");
+        let error = (answer.gradient - slope).length();
+        assert!(error <= answer.gradient_error + 1e-15 * slope.length(), "case {case}: {answer:?}, {digits:?}");
         shaded += usize::from(truth < 0.999 * evaluate(&receiver, &lamp, []).unwrap().radiosity);
     }
     assert!(shaded * 20 > cases, "{shaded} of {cases}");

@@ -103,8 +103,8 @@ fn the_value_past_a_screen_is_that_of_the_part_of_the_lamp_it_leaves() {
     let lamp = linear(ceiling([-1.0, 1.0], [-1.0, 1.0], 2.0));
     let screen = ceiling([0.25, 9.0], [-9.0, 9.0], 1.0);
     let past = evaluate(&x, &lamp, &[screen]).unwrap();
-    let left = evaluate(&x, &linear(ceiling([-1.0, 0.5], [-1.0, 1.0], 2.0)), &[]).unwrap();
-    assert!((past.radiosity - left.radiosity).abs() <= past.radiosity_error + left.radiosity_error);
+    let unhidden = evaluate(&x, &linear(ceiling([-1.0, 0.5], [-1.0, 1.0], 2.0)), &[]).unwrap();
+    assert!((past.radiosity - unhidden.radiosity).abs() <= past.radiosity_error + unhidden.radiosity_error);
 }
 
 #[test]

@@ -152,7 +152,7 @@ fn a_gradient_along_the_normal_has_no_effect() {
 fn values_and_gradients_are_those_of_the_terms() {
     let p = Polynomial::new(DVec3::new(1.0, 0.0, 0.0), [(3.0, [2, 1, 0]), (-1.0, [0, 0, 1]), (0.5, [0, 0, 0])]).unwrap();
     assert_eq!(p.degree(), 3);
-    assert_eq!(p.at(DVec3::new(3.0, 2.0, 5.0)), 3.0 * 4.0 * 2.0 - 5.0 + 0.5);
+    assert_eq!(p.value_at(DVec3::new(3.0, 2.0, 5.0)), 3.0 * 4.0 * 2.0 - 5.0 + 0.5);
     assert_eq!(p.gradient_at(DVec3::new(3.0, 2.0, 5.0)), DVec3::new(24.0, 12.0, -1.0));
 }
 

@@ -71,7 +71,7 @@ pub(crate) fn mantissa_bits<W: Copy + Into<u64>>(words: &[W], place: usize) -> u
 /// The nearest double and a bound on the size of the rest, above it by two roundings.
 pub(crate) fn split_double(number: &BigFloat) -> (f64, Magnitude) {
     let double = nearest_double(number);
-    (double, Magnitude::of(&exact_sum(number, &exact(-double))) * (1.0 + 2.0 * f64::EPSILON))
+    (double, Magnitude::of_number(&exact_sum(number, &exact(-double))) * (1.0 + 2.0 * f64::EPSILON))
 }
 
 #[cfg(test)]

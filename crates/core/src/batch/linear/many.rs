@@ -69,11 +69,11 @@ impl LinearGroup {
     ) -> Settled {
         let Self { outlines, glows } = self;
         work.answered(range, goal, |start, slots| {
-            let at = (outlines, start, glows);
+            let tile = (outlines, start, glows);
             if goal.asked.gradient {
-                in_library!(level, simd => lanes::<_, f64, _, true>(simd, at, seen, goal, slots))
+                in_library!(level, simd => lanes::<_, f64, _, true>(simd, tile, seen, goal, slots))
             } else {
-                in_library!(level, simd => lanes::<_, f64, _, false>(simd, at, seen, goal, slots))
+                in_library!(level, simd => lanes::<_, f64, _, false>(simd, tile, seen, goal, slots))
             }
         })
     }

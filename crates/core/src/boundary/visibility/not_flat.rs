@@ -107,7 +107,13 @@ fn edges(vertices: &[DVec3]) -> impl Iterator<Item = [DVec3; 2]> {
 
 impl Doubt {
     /// The doubt about a convex part of an occluder, if there is any.
-    pub(super) fn of(receiver: &Receiver, emitter: &Polygon, occluder: &Polygon, part: &[DVec3], plan: &Plan) -> Option<Self> {
+    pub(super) fn of_part(
+        receiver: &Receiver,
+        emitter: &Polygon,
+        occluder: &Polygon,
+        part: &[DVec3],
+        plan: &Plan,
+    ) -> Option<Self> {
         if emitter.half_slab() == 0.0 && occluder.half_slab() == 0.0 {
             return None;
         }
@@ -194,11 +200,11 @@ impl Doubt {
     /// empty.
     pub(super) fn bounds<T: Real>(&self, part: &VisiblePart<T>, sides: &Sides<T>, height: f64) -> Option<[f64; 2]> {
         let Region { area, perimeter, distance, turning } = self.region(part, sides, height)?;
-        let seen = (area / (distance * distance)).min(std::f64::consts::TAU);
+        let irradiance = (area / (distance * distance)).min(std::f64::consts::TAU);
         let share = self.slack / height;
         let own = if share < MOST_SHARE && !self.is_edge_on { 2.0 * share / distance } else { 1.0 / self.nearest() };
         let moving = 6.0 * area / (distance * distance * distance) + (perimeter * own + turning) / distance;
-        Some([seen, moving].map(|bound| bound * 1.01))
+        Some([irradiance, moving].map(|bound| bound * 1.01))
     }
 
     /// D.
@@ -239,46 +245,46 @@ impl Doubt {
         // The sides are those of a cone, whatever its size.
         let vertices: Vec<DVec3> = self.vertices.iter().map(|v| *v * normalising_power(farthest)).collect();
         let middle: DVec3 = vertices.iter().sum();
-        let mut found: Vec<(DVec3, f64, f64)> = Vec::with_capacity(vertices.len() + 2);
+        let mut half_spaces: Vec<(DVec3, f64, f64)> = Vec::with_capacity(vertices.len() + 2);
         for [u, v] in edges(&vertices) {
             let (inward, lengths) = (u.cross(v), length(u) * length(v));
             let inward = if inward.dot(middle) < 0.0 { -inward } else { inward };
             let outside = |w: &DVec3| -inward.dot(*w) / length(*w);
             let rounding = 16.0 * ROUNDOFF * lengths + f64::MIN_POSITIVE;
-            found.push((inward, 0.0, (vertices.iter().map(outside).fold(0.0, largest) + rounding) * reach));
+            half_spaces.push((inward, 0.0, (vertices.iter().map(outside).fold(0.0, largest) + rounding) * reach));
         }
         let ((normal, offset), share) = (self.plane, self.slack / height);
         let rounding = 16.0 * ROUNDOFF * (reach + offset);
         if share < MOST_SHARE && !self.is_edge_on {
-            found.push((normal, offset / (1.0 + share), rounding));
-            found.push((-normal, -offset / (1.0 - share), rounding));
+            half_spaces.push((normal, offset / (1.0 + share), rounding));
+            half_spaces.push((-normal, -offset / (1.0 - share), rounding));
         } else if self.is_edge_on {
             let nearest = self.nearest();
             if nearest > 0.0 {
                 let aside = 1.5 * (offset + self.slab + 16.0 * ROUNDOFF * farthest) * reach / nearest;
-                found.extend([(normal, -aside, rounding), (-normal, -aside, rounding)]);
+                half_spaces.extend([(normal, -aside, rounding), (-normal, -aside, rounding)]);
             }
         }
-        found
+        half_spaces
     }
 }
 
 /// The part of a convex polygon where `height` is not negative.
 fn cut(region: &[Bordered], height: impl Fn(DVec3) -> f64) -> Vec<Bordered> {
     let heights: Vec<f64> = region.iter().map(|(p, _)| height(*p)).collect();
-    let mut kept = Vec::with_capacity(region.len() + 1);
+    let mut clipped = Vec::with_capacity(region.len() + 1);
     for (i, &(start, near)) in region.iter().enumerate() {
         let j = (i + 1) % region.len();
         let between = || start + (region[j].0 - start) * (heights[i] / (heights[i] - heights[j]));
         // What is not a number is kept.
         match (heights[i] < 0.0, heights[j] < 0.0) {
-            (false, false) => kept.push((start, near)),
-            (false, true) => kept.extend([(start, near), (between(), 0.0)]),
-            (true, false) => kept.push((between(), near)),
+            (false, false) => clipped.push((start, near)),
+            (false, true) => clipped.extend([(start, near), (between(), 0.0)]),
+            (true, false) => clipped.push((between(), near)),
             (true, true) => {}
         }
     }
-    kept
+    clipped
 }
 
 /// The least altitude of the triangles that vertices of a polygon form, normalised, from below; 0 where there are too many to look
@@ -289,12 +295,13 @@ fn least_altitude(polygon: &Polygon, power: f64) -> f64 {
     if vertices.len() > MOST {
         return 0.0;
     }
-    let all = || vertices.iter().copied();
-    let altitudes = all().flat_map(|a| all().flat_map(move |b| all().map(move |c| [a, b, c]))).filter_map(|[a, b, c]| {
-        let is_triangle = a != b && b != c && c != a;
-        let [b, c] = [b, c].map(|p| (p - a) * power);
-        is_triangle.then(|| b.cross(c).length() / b.length())
-    });
+    let points = || vertices.iter().copied();
+    let altitudes =
+        points().flat_map(|a| points().flat_map(move |b| points().map(move |c| [a, b, c]))).filter_map(|[a, b, c]| {
+            let is_triangle = a != b && b != c && c != a;
+            let [b, c] = [b, c].map(|p| (p - a) * power);
+            is_triangle.then(|| b.cross(c).length() / b.length())
+        });
     let least = altitudes.fold(f64::INFINITY, smallest) - 64.0 * f64::EPSILON * polygon.size() * power;
     if least < 0.0 { 0.0 } else { least }
 }

@@ -23,7 +23,7 @@ pub(super) struct Screen<'a> {
     /// Where each is relative to the emitter's plane.
     sides: Vec<Side>,
     /// Where the receiver is relative to the occluder's.
-    seen: Side,
+    receiver_side: Side,
     /// A circular cone and rays around it, in doubles.
     pub(super) cone: BoundingCone,
     /// What it leaves open, if anything.
@@ -47,16 +47,16 @@ impl<'a> Screen<'a> {
     ) -> Option<Self> {
         let x = receiver.position();
         let mut vertices: Vec<DVec3> = indices.iter().map(|&i| occluder.vertices()[i]).collect();
-        let doubt = Doubt::of(receiver, emitter, occluder, &vertices, plan);
-        let seen = side_of(x, occluder, plan.power);
-        if seen == Side::Back {
+        let doubt = Doubt::of_part(receiver, emitter, occluder, &vertices, plan);
+        let receiver_side = side_of(x, occluder, plan.power);
+        if receiver_side == Side::Back {
             vertices.reverse();
         }
         // The outline is on every surface through the emitter's vertices.
         let is_on_it = |v: DVec3| emitter.half_slab() > 0.0 && is_on_outline(v, emitter);
         let side = |&v: &DVec3| if is_on_it(v) { Side::InPlane } else { side_of(v, emitter, plan.power) };
-        let sides: Vec<Side> = if seen == Side::InPlane { Vec::new() } else { vertices.iter().map(side).collect() };
-        let screen = Self { occluder, cone: BoundingCone::of_polygon(x, &vertices), vertices, sides, seen, doubt };
+        let sides: Vec<Side> = if receiver_side == Side::InPlane { Vec::new() } else { vertices.iter().map(side).collect() };
+        let screen = Self { occluder, cone: BoundingCone::of_polygon(x, &vertices), vertices, sides, receiver_side, doubt };
         (screen.casts_shadow() || screen.doubt.is_some()).then_some(screen)
     }
 
@@ -75,21 +75,21 @@ impl<T: Real> Shadow<T> {
     /// The shadow of a screen.
     pub(super) fn new(receiver: &Receiver, emitter: &Polygon, screen: &Screen<'_>, plan: &Plan, sides: &mut Sides<T>) -> Self {
         let (x, power) = (receiver.position(), plan.power);
-        let Screen { occluder, vertices, sides: places, seen: from, .. } = screen;
+        let Screen { occluder, vertices, sides: places, receiver_side: from, .. } = screen;
         let heights: Vec<T> = vertices.iter().map(|&v| height_over_plane(v, emitter, power)).collect();
-        let seen: Vec<Sighted<T>> = vertices.iter().map(|&v| Sighted::from(v, x, power)).collect();
+        let sighted: Vec<Sighted<T>> = vertices.iter().map(|&v| Sighted::from(v, x, power)).collect();
         let mut shadow = Self { lines: Vec::new(), corners: Vec::new() };
         let (mut sinks, mut rises) = (None, None);
         for i in 0..vertices.len() {
             let j = (i + 1) % vertices.len();
             let ends = [vertices[i], vertices[j]];
-            let start = seen[i].point;
-            let line = Line::through(ends, [&seen[i], &seen[j]], x, power);
+            let start = sighted[i].point;
+            let line = Line::through(ends, [&sighted[i], &sighted[j]], x, power);
             let touch = || start + line.e * (heights[i] / (heights[i] - heights[j]));
             match (places[i], places[j]) {
                 (Side::Back, Side::Back) => continue,
                 (Side::Back, Side::InPlane) => {
-                    rises = Some(seen[j].point);
+                    rises = Some(sighted[j].point);
                     continue;
                 }
                 (Side::InPlane, Side::Back) => {

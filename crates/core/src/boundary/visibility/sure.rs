@@ -48,7 +48,7 @@ use crate::boundary::line::{LEAST_MOMENT, Line, Sighted};
 use crate::boundary::plan::{Horizon, Plan, Side, height_over_horizon, sure_side};
 use crate::boundary::visibility::part::{Facing, PartCorner};
 use crate::boundary::visibility::separation::CircularCone;
-use crate::boundary::visibility::subtract::{Kept, Place, kept};
+use crate::boundary::visibility::subtract::{Clipped, Place, clip};
 use crate::problem::polygon::Polygon;
 use crate::problem::receiver::{Receiver, unit_normal};
 use crate::problem::triangulate::convex_parts;
@@ -248,10 +248,10 @@ impl<'a> Visible<'a> {
             |side: usize| PartCorner { point: self.rays[side], vertex: self.rays[side].vertex, side: Facing::forward(side) };
         let corners: Vec<PartCorner<Ray>> = whole.sides.clone().map(corner).collect();
         let crossing = |i: usize, _| self.crossing(i, horizon, places[i].depth > 0.0);
-        let corners = match kept(&corners, &places, Facing::forward(horizon), false, |_| None, crossing) {
-            Kept::Nothing => return Ok(None),
-            Kept::Whole => return Ok(Some(whole)),
-            Kept::Corners(corners) => corners,
+        let corners = match clip(&corners, &places, Facing::forward(horizon), false, |_| None, crossing) {
+            Clipped::Nothing => return Ok(None),
+            Clipped::Whole => return Ok(Some(whole)),
+            Clipped::Corners(corners) => corners,
         };
         self.rays.truncate(whole.sides.start);
         let mut sides: Vec<Option<SureSide>> = self.sides.drain(whole.sides.start..).map(Some).collect();
@@ -389,7 +389,7 @@ impl<'a> Visible<'a> {
     fn crossing(&self, own: usize, other: usize, from_inside: bool) -> Ray {
         let [own, other] = [own, other].map(|side| &self.sides[side]);
         let across = own.normal().cross(other.normal());
-        let sighted = Sighted::at(if from_inside { -across } else { across });
+        let sighted = Sighted::new(if from_inside { -across } else { across });
         let (most, least) = if own.error > other.error { (own.error, other.error) } else { (other.error, own.error) };
         let over_sine = |errors: f64| (errors + 2.2 * ROUNDOFF) * sighted.inverse * 1.001;
         let spread = over_sine(most + least);
@@ -399,26 +399,26 @@ impl<'a> Visible<'a> {
     }
 
     /// What bounds the visible part; nothing where all is lit that is above the horizon.
-    fn of(receiver: &'a Receiver, emitter: &Polygon, occluders: &[&Polygon], plan: &'a Plan) -> Result<Option<Self>, Unsure> {
+    fn new(receiver: &'a Receiver, emitter: &Polygon, occluders: &[&Polygon], plan: &'a Plan) -> Result<Option<Self>, Unsure> {
         let (many, most) = (occluders.len() > 1, 4 * (occluders.len() + 2));
         let (rays, sides) = (Vec::with_capacity(2 * most), Vec::with_capacity(most));
-        let mut found = Self { receiver, plan, rays, sides, pieces: Vec::new(), emitter: 0..0 };
-        let mut whole = found.cone(emitter.vertices().len(), many, |i| emitter.vertices()[i])?;
+        let mut visible = Self { receiver, plan, rays, sides, pieces: Vec::new(), emitter: 0..0 };
+        let mut whole = visible.cone(emitter.vertices().len(), many, |i| emitter.vertices()[i])?;
         if plan.horizon == Horizon::Crossing {
-            match found.above_horizon(whole, emitter)? {
+            match visible.above_horizon(whole, emitter)? {
                 Some(above) => whole = above,
-                None => return Ok(Some(found)),
+                None => return Ok(Some(visible)),
             }
         }
-        found.emitter = whole.sides.clone();
+        visible.emitter = whole.sides.clone();
         let slab = emitter.half_slab() * plan.power * 1.01;
         let mut shadows: SmallVec<[Cone; 4]> = SmallVec::new();
         for occluder in occluders {
             for part in convex_parts(occluder) {
-                let shadow = found.shadow(part.len(), many, |i| occluder.vertices()[part[i]])?;
-                if found.are_apart(&shadow, &whole) {
-                    found.rays.truncate(shadow.sides.start);
-                    found.sides.truncate(shadow.sides.start);
+                let shadow = visible.shadow(part.len(), many, |i| occluder.vertices()[part[i]])?;
+                if visible.are_apart(&shadow, &whole) {
+                    visible.rays.truncate(shadow.sides.start);
+                    visible.sides.truncate(shadow.sides.start);
                     continue;
                 }
                 let is_before = |&i: &usize| sure_side(occluder.vertices()[i], emitter, plan.power, slab) == Some(Side::Front);
@@ -431,9 +431,9 @@ impl<'a> Visible<'a> {
         if shadows.is_empty() {
             return Ok(None);
         }
-        found.pieces.reserve(most);
-        found.add_pieces(&whole, &shadows)?;
-        Ok(Some(found))
+        visible.pieces.reserve(most);
+        visible.add_pieces(&whole, &shadows)?;
+        Ok(Some(visible))
     }
 }
 
@@ -445,7 +445,7 @@ pub(crate) fn visit_boundary(
     plan: &Plan,
     mut visit: impl FnMut(&SureArc),
 ) -> Hidden {
-    let visible = match Visible::of(receiver, emitter, occluders, plan) {
+    let visible = match Visible::new(receiver, emitter, occluders, plan) {
         Ok(Some(visible)) => visible,
         Ok(None) => return Hidden::Nothing,
         Err(Unsure) => return Hidden::Unsure,
@@ -482,18 +482,18 @@ impl Visible<'_> {
 /// The arcs of the visible boundary, with every line taken for an occluder's; `None` where double precision is not sure, or nothing is
 /// hidden.
 pub(crate) fn arcs<T: Real>(receiver: &Receiver, emitter: &Polygon, occluders: &[&Polygon], plan: &Plan) -> Option<Vec<Arc<T>>> {
-    let Ok(Some(visible)) = Visible::of(receiver, emitter, occluders, plan) else { return None };
+    let Ok(Some(visible)) = Visible::new(receiver, emitter, occluders, plan) else { return None };
     let generators: Vec<OnceCell<Generator<T>>> = vec![OnceCell::new(); visible.sides.len()];
     let generator = |side: usize| *generators[side].get_or_init(|| visible.generator_in(side));
     let sighted = |own: usize, end: End| {
         let about = visible.rays[end.ray].sighted.point;
         let is_before = |sighted: &Sighted<T>| sighted.point.map(T::value).dot(about) > 0.0;
-        let seen = visible.vertex(own, end).map(|vertex| Sighted::from(vertex, receiver.position(), plan.power));
+        let vertex = visible.vertex(own, end).map(|vertex| Sighted::from(vertex, receiver.position(), plan.power));
         let crossing = || {
             let across = generator(own).normal().cross(generator(end.other).normal());
-            [across, -across].map(Sighted::at).into_iter().find(is_before)
+            [across, -across].map(Sighted::new).into_iter().find(is_before)
         };
-        seen.filter(is_before).or_else(crossing)
+        vertex.filter(is_before).or_else(crossing)
     };
     let arc = |&Piece { side, from, to }: &Piece| {
         let [from, to] = [sighted(side, from)?, sighted(side, to)?];

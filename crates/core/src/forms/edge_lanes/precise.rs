@@ -40,7 +40,7 @@ use radgrad_numbers::ball::Ball;
 use radgrad_numbers::double_double::{DoubleDouble, ROUNDOFF_OF_DOUBLE_DOUBLE};
 use radgrad_numbers::double_double_on_lanes::ROUNDOFF_ON_LANES;
 use radgrad_numbers::in_library;
-use radgrad_numbers::lanes::vectors::all;
+use radgrad_numbers::lanes::vectors::splat_vector;
 use radgrad_numbers::number::ROUNDOFF;
 use radgrad_numbers::real::Real;
 use radgrad_numbers::vec3::Vec3;
@@ -89,7 +89,7 @@ fn constant_on<S: Simd>(
     polygon: &Polygon,
     plan: &Plan,
 ) -> Option<(IrradianceAndGradient<DoubleDouble>, f64)> {
-    let n1 = splat_vector(simd, receiver.precise_normal());
+    let n1 = splat_precise(simd, receiver.precise_normal());
     let zero = splat(simd, DoubleDouble::ZERO);
     let (mut angles, mut edges) = (Vec3::new(zero, zero, zero), Vec3::new(zero, zero, zero));
     let (mut rest, mut share) = (polygon.vertices().len(), SHARE);
@@ -132,8 +132,8 @@ pub(crate) fn linear(
     emitter: &Emitter,
     plan: &Plan,
 ) -> Option<(IrradianceAndGradient<Ball<DoubleDouble>>, f64)> {
-    let seen = SeenLinear::new(receiver, emitter, plan.power);
-    in_library!(*INSTRUCTION_SET, simd => linear_on(simd, receiver, emitter.polygon(), seen, plan))
+    let case = SeenLinear::new(receiver, emitter, plan.power);
+    in_library!(*INSTRUCTION_SET, simd => linear_on(simd, receiver, emitter.polygon(), case, plan))
 }
 
 #[inline(always)]
@@ -144,7 +144,7 @@ fn linear_on<S: Simd>(
     one: SeenLinear<Ball<DoubleDouble>>,
     plan: &Plan,
 ) -> Option<(IrradianceAndGradient<Ball<DoubleDouble>>, f64)> {
-    let seen = SeenLinear {
+    let lanes = SeenLinear {
         n1: splat_middles(simd, one.n1),
         n2: splat_middles(simd, one.n2),
         height: splat(simd, one.height.middle()),
@@ -155,7 +155,7 @@ fn linear_on<S: Simd>(
     let none = Vec3::new(zero, zero, zero);
     let (mut angles, mut contours, mut edges, mut x1) = (none, none, none, zero);
     let (mut rest, mut share) = (polygon.vertices().len(), SHARE);
-    let inverse = splat(simd, DoubleDouble::from(1.0)) / (seen.height * seen.height);
+    let inverse = splat(simd, DoubleDouble::from(1.0)) / (lanes.height * lanes.height);
     let fours = polygon.four_edges();
     for from in fours {
         let mut used = first(simd, rest);
@@ -167,9 +167,9 @@ fn linear_on<S: Simd>(
             let cut = four.cut(simd, receiver, (from, used), plan.power)?;
             (four, used, share) = (cut.four, used & cut.visible, cut.share);
             let (lane, arc) = (first(simd, 1), &cut.closing);
-            let frame = met_frame(arc.generator.normal(), seen.n2, seen.height);
+            let frame = met_frame(arc.generator.normal(), lanes.n2, lanes.height);
             let logarithms = [logarithm(&arc.start, inverse), logarithm(&arc.end, inverse)];
-            let contour = seen.contour(arc, &frame, logarithms);
+            let contour = lanes.contour(arc, &frame, logarithms);
             angles = only(lane, frame.normal * arc.angle, zero);
             contours = only(lane, contour.outward * contour.flux, zero);
             x1 = DoubleDouble::choose(lane, x1_term(simd, arc, &frame, contour.kappa, logarithms)?, zero);
@@ -181,22 +181,22 @@ fn linear_on<S: Simd>(
             #[inline(always)]
             |end| logarithm(end, inverse),
         );
-        let contour = seen.contour(arc, &frame, logarithms);
+        let contour = lanes.contour(arc, &frame, logarithms);
         angles = angles + only(used, line.normal * arc.angle, zero);
         contours = contours + only(used, contour.outward * contour.flux, zero);
         x1 = x1 + DoubleDouble::choose(used, x1_term(simd, arc, &frame, contour.kappa, logarithms)?, zero);
         let cosines = four.at_ends(
             #[inline(always)]
-            |end| seen.cosine(end),
+            |end| lanes.cosine(end),
         );
         let emissions = four.at_ends(
             #[inline(always)]
-            |end| seen.emission(end),
+            |end| lanes.emission(end),
         );
         let mut weight = arc.within_a_quarter_turn(emissions, cosines);
         let wide = arc.inline.hi.simd_lt(f64x4::splat(simd, 0.0));
         if wide.any_true() {
-            weight = DoubleDouble::choose(wide, seen.toward(&frame, &arc.moments(&frame)) / frame.distance, weight);
+            weight = DoubleDouble::choose(wide, lanes.toward(&frame, &arc.moments(&frame)) / frame.distance, weight);
         }
         edges = edges + only(used, line.normal * -weight, zero);
     }
@@ -237,7 +237,7 @@ fn x1_term<S: Simd>(
     if !(is_in_range(s.hi, d.hi) & is_in_range(s.hi, distance.hi)).all_true() {
         return None;
     }
-    let [term, above, below] = X1End::at(s, [d, distance, distance + d], beside(logarithms)).on_side_of(along);
+    let [term, above, below] = X1End::new(s, [d, distance, distance + d], beside(logarithms)).on_side_of(along);
     let parts = |c: DoubleDouble<f64x8<S>>| {
         let ((start, end), (start_rest, end_rest)) = (simd.split_f64x8(c.hi), simd.split_f64x8(c.lo));
         [DoubleDouble { hi: start, lo: start_rest }, DoubleDouble { hi: end, lo: end_rest }]
@@ -260,12 +260,12 @@ impl<S: Simd> Edges<S> {
     /// As [`crate::forms::edge_lanes::EdgeLanes::new`], also near lines.
     #[inline(always)]
     fn new(simd: S, four: &FourEdges, receiver: &Receiver, power: f64, closed: bool) -> Option<Self> {
-        let (from, to, x) = (four.starts(simd), four.ends(simd), all(simd, receiver.position()));
-        let (start, end, e) = (Sighted::at(apart(from, x, power)), apart(to, x, power), apart(to, from, power));
+        let (from, to, x) = (four.starts(simd), four.ends(simd), splat_vector(simd, receiver.position()));
+        let (start, end, e) = (Sighted::new(apart(from, x, power)), apart(to, x, power), apart(to, from, power));
         let end = if closed {
             Sighted { point: end, square: both(start.square, next), inverse: both(start.inverse, next) }
         } else {
-            Sighted::at(end)
+            Sighted::new(end)
         };
         let edge_square = e.norm_squared();
         let (mut w, mut reach) = (start.point.cross(e), start.square);
@@ -309,10 +309,10 @@ impl<S: Simd> Edges<S> {
             DoubleDouble::choose(exits, before, after) / DoubleDouble::choose(exits, before - after, after - before);
         let fraction = DoubleDouble::choose(exits | entries, share_of_edge, splat(simd, DoubleDouble::from(1.0)));
         let along = line.e * fraction;
-        let start = Sighted::at(only_or(entries, end.point - along, start.point));
-        let end = Sighted::at(only_or(exits, self.arc.start.point + along, end.point));
+        let start = Sighted::new(only_or(entries, end.point - along, start.point));
+        let end = Sighted::new(only_or(exits, self.arc.start.point + along, end.point));
         let arc = Arc::of_edge(start, end, fraction, line);
-        let n1 = splat_vector(simd, receiver.precise_normal());
+        let n1 = splat_precise(simd, receiver.precise_normal());
         let horizon = Generator::Horizon(Vec3::new(-n1.x, -n1.y, -n1.z));
         let closing = Arc::between(in_lane(simd, end, exit), in_lane(simd, start, entry), horizon);
         let is_plain =
@@ -347,8 +347,8 @@ struct Cut<S: Simd> {
 /// double-double of terms that sum to less than 12.
 #[inline(always)]
 fn heights<S: Simd>(simd: S, receiver: &Receiver, points: Vec3<f64x4<S>>, power: f64) -> Four<S> {
-    let n = splat_vector(simd, Vec3::from(receiver.direction()).map(DoubleDouble::from));
-    n.dot(apart(points, all(simd, receiver.position()), power))
+    let n = splat_precise(simd, Vec3::from(receiver.direction()).map(DoubleDouble::from));
+    n.dot(apart(points, splat_vector(simd, receiver.position()), power))
 }
 
 /// A point in the lane of a bit, in all lanes.
@@ -382,7 +382,7 @@ fn splat<S: Simd>(simd: S, DoubleDouble { hi, lo }: DoubleDouble) -> Four<S> {
 }
 
 #[inline(always)]
-fn splat_vector<S: Simd>(simd: S, v: Vec3<DoubleDouble>) -> Vec3<Four<S>> {
+fn splat_precise<S: Simd>(simd: S, v: Vec3<DoubleDouble>) -> Vec3<Four<S>> {
     Vec3::new(splat(simd, v.x), splat(simd, v.y), splat(simd, v.z))
 }
 
@@ -446,8 +446,8 @@ mod tests {
     use radgrad_numbers::number::Number;
     use radgrad_numbers::on_instruction_set;
 
-    fn off(found: Vec3<DoubleDouble>, truth: Vec3<Ball<Big>>) -> Vec3<f64> {
-        (found.map(|c| Ball::approximate(Big::from_double_double(c), 0.0.into())) - truth).map(Real::value)
+    fn error(sum: Vec3<DoubleDouble>, truth: Vec3<Ball<Big>>) -> Vec3<f64> {
+        (sum.map(|c| Ball::approximate(Big::from_double_double(c), 0.0.into())) - truth).map(Real::value)
     }
 
     /// A receiver close above a polygon, where arcs are past a quarter turn.
@@ -494,7 +494,7 @@ mod tests {
                 assert_eq!(*first.get_or_insert(digits), digits, "{level:?}");
             }
             let Some((irradiance, gradient, share)) = first.flatten() else { continue };
-            let (_, bound) = BoundedSum::of(&receiver, &polygon, &plan);
+            let (_, bound) = BoundedSum::of_polygon(&receiver, &polygon, &plan);
             if !(bound.irradiance + bound.gradient).is_finite() {
                 continue;
             }
@@ -502,8 +502,8 @@ mod tests {
             let case = Case { receiver: &receiver, emitter: &emitter, occluders: &[], plan: &plan };
             let (errors, _) = within(256, u64::MAX, || {
                 let truth = IrradianceAndGradient::<Ball<Big>>::sum::<true, true>(&case).unwrap();
-                let irradiance = Vec3::from(receiver.normal()).dot(off(irradiance, truth.irradiance)).abs();
-                [irradiance / bound.irradiance, off(gradient, truth.gradient).length() / bound.gradient]
+                let irradiance = Vec3::from(receiver.normal()).dot(error(irradiance, truth.irradiance)).abs();
+                [irradiance / bound.irradiance, error(gradient, truth.gradient).length() / bound.gradient]
             });
             found += 1;
             wide += usize::from(is_close);
@@ -529,9 +529,9 @@ mod tests {
             let emitter = Emitter::new(polygon, Emission::gradient(1.0, vector(&mut random, 1.0 / size))).unwrap();
             let mut first = None;
             for level in instruction_sets() {
-                let seen = SeenLinear::new(&receiver, &emitter, plan.power);
+                let case = SeenLinear::new(&receiver, &emitter, plan.power);
                 let polygon = emitter.polygon();
-                let sums = on_instruction_set!(level, simd => linear_on(simd, &receiver, polygon, seen, &plan));
+                let sums = on_instruction_set!(level, simd => linear_on(simd, &receiver, polygon, case, &plan));
                 let digits = sums.map(|(sums, unit)| (sums.irradiance.map(Ball::middle), sums.gradient.map(Ball::middle), unit));
                 assert_eq!(*first.get_or_insert(digits), digits, "{level:?}");
             }
@@ -540,8 +540,8 @@ mod tests {
             let case = Case { receiver: &receiver, emitter: &emitter, occluders: &[], plan: &plan };
             let (errors, _) = within(256, u64::MAX, || {
                 let truth = IrradianceAndGradient::<Ball<Big>>::sum::<true, true>(&case).unwrap();
-                let irradiance = Vec3::from(receiver.normal()).dot(off(irradiance, truth.irradiance)).abs();
-                [irradiance / bound.radiosity, off(gradient, truth.gradient).length() / bound.gradient]
+                let irradiance = Vec3::from(receiver.normal()).dot(error(irradiance, truth.irradiance)).abs();
+                [irradiance / bound.radiosity, error(gradient, truth.gradient).length() / bound.gradient]
             });
             found += 1;
             close += usize::from(is_close);
