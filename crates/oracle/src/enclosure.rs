@@ -56,9 +56,9 @@ use crate::error::Reached;
 /// # let lamp = Emitter::new(triangle, Emission::Constant(1.0))?;
 /// # let floor = Receiver::new(DVec3::ZERO, DVec3::Z, 1.0)?;
 /// let truth = radgrad_oracle::enclose(&floor, &lamp, 30)?;
-/// let found = radgrad_core::evaluate(&floor, &lamp, &[])?;
-/// assert!(truth.radiosity.error_of(found.radiosity) <= found.radiosity_error);
-/// assert!(truth.gradient[2].radius() < 1e-29 * found.gradient.length());
+/// let answer = radgrad_core::evaluate(&floor, &lamp, &[])?;
+/// assert!(truth.radiosity.error_of(answer.radiosity) <= answer.radiosity_error);
+/// assert!(truth.gradient[2].radius() < 1e-29 * answer.gradient.length());
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug, Clone, PartialEq)]

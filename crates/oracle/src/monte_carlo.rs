@@ -293,7 +293,7 @@ impl Tally {
         let magnitude = |i: usize| self.magnitudes[i].mean();
         // A component is a sum of three of the frame of the region.
         let of_gradient = self.rounding(magnitude(1) + magnitude(2) + magnitude(3));
-        let of = |i: usize, range: ConfidenceInterval, factor: f64| -> Result<Limits, Error> {
+        let limits = |i: usize, range: ConfidenceInterval, factor: f64| -> Result<Limits, Error> {
             let moments = &self.moments[i];
             let rounding = if i == 0 { self.rounding(magnitude(0)) } else { of_gradient };
             let distribution_free = moments.distribution_free(confidence, range).widened(rounding).within(range).scaled(factor);
@@ -310,8 +310,8 @@ impl Tally {
                 Err(Error::NotFinite { quantity: "a mean of samples or its limit", value: distribution_free.high })
             }
         };
-        let component = |i: usize| of(i, gradient, region.factor * region.unit);
-        let radiosity = of(0, value, region.factor)?;
+        let component = |i: usize| limits(i, gradient, region.factor * region.unit);
+        let radiosity = limits(0, value, region.factor)?;
         let gradient = [component(1)?, component(2)?, component(3)?];
         Ok(Estimate { radiosity, gradient, samples: self.samples, hits: self.hits })
     }

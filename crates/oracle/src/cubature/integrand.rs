@@ -34,7 +34,7 @@ impl<'a> Integrand<'a> {
     pub(crate) fn emission(&self, at: &Vertex) -> f64 {
         match self.source {
             SourceFunction::Emitter(emitter) => match emitter.emission() {
-                Emission::Polynomial(polynomial) => polynomial.at(self.region.point(at.p, at.q)),
+                Emission::Polynomial(polynomial) => polynomial.value_at(self.region.point(at.p, at.q)),
                 Emission::Constant(_) | Emission::Linear(_) => at.b,
             },
             SourceFunction::Function(function) => (function.radiosity)(self.region.point(at.p, at.q)),

@@ -189,13 +189,13 @@ fn order(shape: &Shape, pieces: &[Piece], measure: f64, share: f64) -> Order {
 
 /// Upper bound of the integrand over a piece, in units of the tolerance.
 fn largest(shape: &Shape, piece: &Piece, a: f64) -> f64 {
-    let at = |x: [f64; 2]| x[0] + a * x[1];
+    let linear = |x: [f64; 2]| x[0] + a * x[1];
     let gap = piece.gap(a);
     if gap.is_nan() || gap <= 0.0 {
         return f64::INFINITY;
     }
-    let s = at(piece.s);
-    let bilinear = |b: Bilinear| at(b.base) + s * at(b.rise);
+    let s = linear(piece.s);
+    let bilinear = |b: Bilinear| linear(b.base) + s * linear(b.rise);
     let way = piece.way.map(bilinear);
     let reach = length(shape.apex) + length(way);
     let [value, gradient, directional] = shape.emission.bounds(bilinear(piece.slope), way, reach);
@@ -204,7 +204,7 @@ fn largest(shape: &Shape, piece: &Piece, a: f64) -> f64 {
     let jacobian = match shape.jacobian {
         Jacobian::One => 1.0,
         Jacobian::Rising => s,
-        Jacobian::Falling => at(piece.rest),
+        Jacobian::Falling => linear(piece.rest),
     };
     let square = gap * gap;
     emission * bilinear(piece.height) * jacobian / (square * square) * (1.0 + SLACK)

@@ -114,10 +114,10 @@ impl Exact {
 
     /// From limbs of which some at either end may be 0.
     fn trimmed(negative: bool, place: i32, limbs: Limbs) -> Self {
-        let all = limbs.get();
-        let Some(start) = all.iter().position(|limb| *limb != 0) else { return Self::zero() };
-        let end = all.iter().rposition(|limb| *limb != 0).map_or(all.len(), |last| last + 1);
-        let first = place + count(&all[..start]);
+        let digits = limbs.get();
+        let Some(start) = digits.iter().position(|limb| *limb != 0) else { return Self::zero() };
+        let end = digits.iter().rposition(|limb| *limb != 0).map_or(digits.len(), |last| last + 1);
+        let first = place + count(&digits[..start]);
         Self { is_number: true, negative, place: first, limbs: limbs.cut(start, end) }
     }
 
@@ -126,13 +126,13 @@ impl Exact {
         let (place, bits) = split(power);
         let mut shifted = Limbs::zeros(limbs.len() + 1);
         let mut carry = 0;
-        let all = shifted.get_mut();
-        for (to, limb) in all.iter_mut().zip(limbs) {
+        let digits = shifted.get_mut();
+        for (to, limb) in digits.iter_mut().zip(limbs) {
             let wide = u128::from(*limb) << bits;
             *to = low(wide) | carry;
             carry = low(wide >> 64);
         }
-        all[limbs.len()] = carry;
+        digits[limbs.len()] = carry;
         Self::trimmed(negative, place, shifted)
     }
 
@@ -155,11 +155,11 @@ impl Exact {
         if self.is_zero() {
             return BigFloat::from_f64(0.0, 64);
         }
-        let all = self.limbs.get();
-        let zeros = all[all.len() - 1].leading_zeros();
-        let mut words: Vec<Word> = Vec::with_capacity(all.len() * 64 / WORD_BIT_SIZE);
+        let digits = self.limbs.get();
+        let zeros = digits[digits.len() - 1].leading_zeros();
+        let mut words: Vec<Word> = Vec::with_capacity(digits.len() * 64 / WORD_BIT_SIZE);
         let mut below = 0;
-        for limb in all {
+        for limb in digits {
             let wide = u128::from(*limb) << zeros;
             parted(low(wide) | below, &mut words);
             below = low(wide >> 64);
@@ -188,9 +188,9 @@ impl Exact {
 
     /// The exponent `e` with `2^(e-1) <= |v| < 2^e`; 0 for 0.
     pub(crate) fn exponent(&self) -> i32 {
-        let all = self.limbs.get();
+        let digits = self.limbs.get();
         let zeros = |last: &u64| last.leading_zeros().cast_signed();
-        all.last().map_or(0, |last| 64 * (self.place + count(all)) - zeros(last))
+        digits.last().map_or(0, |last| 64 * (self.place + count(digits)) - zeros(last))
     }
 
     /// Multiplied by `2^power`.
@@ -223,10 +223,10 @@ impl Exact {
 
     /// The 53 leading bits, as an integer raised by `extra`, in the place they had.
     fn cut(&self, extra: u64) -> f64 {
-        let all = self.limbs.get();
-        let Some((last, rest)) = all.split_last() else { return 0.0 };
+        let digits = self.limbs.get();
+        let Some((last, lower)) = digits.split_last() else { return 0.0 };
         let zeros = last.leading_zeros();
-        let below = rest.last().map_or(0, |below| if zeros == 0 { 0 } else { below >> (64 - zeros) });
+        let below = lower.last().map_or(0, |below| if zeros == 0 { 0 } else { below >> (64 - zeros) });
         let top = last << zeros | below;
         let size = scaled(((top >> 11) + extra) as f64, self.exponent() - 53);
         if self.negative { -size } else { size }
@@ -265,14 +265,14 @@ impl Exact {
         let adds = self.negative == other_negative;
         let larger_is_self = adds || self.compare_size(other).is_ge();
         let (large, small, negative) = if larger_is_self { (self, other, self.negative) } else { (other, self, other_negative) };
-        let all = sum.get_mut();
+        let digits = sum.get_mut();
         let from = above(large.place, place);
-        all[from..from + large.limbs.get().len()].copy_from_slice(large.limbs.get());
-        let rest = &mut all[above(small.place, place)..];
+        digits[from..from + large.limbs.get().len()].copy_from_slice(large.limbs.get());
+        let overlap = &mut digits[above(small.place, place)..];
         if adds {
-            add_into(rest, small.limbs.get());
+            add_into(overlap, small.limbs.get());
         } else {
-            subtract_from(rest, small.limbs.get());
+            subtract_from(overlap, small.limbs.get());
         }
         Self::trimmed(negative, place, sum)
     }
@@ -382,15 +382,15 @@ impl Mul for &Exact {
         }
         let (a, b) = (self.limbs.get(), other.limbs.get());
         let mut product = Limbs::zeros(a.len() + b.len());
-        let all = product.get_mut();
+        let digits = product.get_mut();
         for (i, x) in a.iter().enumerate() {
             let mut carry = 0;
-            for (y, to) in b.iter().zip(&mut all[i..]) {
+            for (y, to) in b.iter().zip(&mut digits[i..]) {
                 let term = u128::from(*x) * u128::from(*y) + u128::from(*to) + carry;
                 *to = low(term);
                 carry = term >> 64;
             }
-            all[i + b.len()] = low(carry);
+            digits[i + b.len()] = low(carry);
         }
         Exact::trimmed(self.negative != other.negative, self.place + other.place, product)
     }
@@ -406,8 +406,8 @@ impl Neg for &Exact {
 
 impl PartialEq for Exact {
     fn eq(&self, other: &Self) -> bool {
-        let of = |number: &Self| (number.is_number, number.negative, number.place);
-        self.is_number && of(self) == of(other) && self.limbs.get() == other.limbs.get()
+        let header = |number: &Self| (number.is_number, number.negative, number.place);
+        self.is_number && header(self) == header(other) && self.limbs.get() == other.limbs.get()
     }
 }
 

@@ -14,19 +14,21 @@ use crate::enclosure::exact::{Exact, scaled};
 pub(crate) fn triangles(polygon: &Polygon) -> Vec<[usize; 3]> {
     let [points, others @ ..] = projections(polygon);
     let is_straight = |rest: &[usize], place: usize| others.iter().chain([&points]).all(|points| is_flat(points, rest, place));
-    let mut rest: Vec<usize> = (0..points.len()).collect();
+    let mut remaining: Vec<usize> = (0..points.len()).collect();
     let mut triangles = Vec::with_capacity(points.len() - 2);
-    while rest.len() > 3 {
-        let straight = (0..rest.len()).find(|&place| is_straight(&rest, place));
+    while remaining.len() > 3 {
+        let straight = (0..remaining.len()).find(|&place| is_straight(&remaining, place));
         // A simple polygon always has an ear (Meisters 1975).
-        let Some(place) = straight.or_else(|| (0..rest.len()).find(|&place| is_ear(&points, &rest, place))) else { break };
+        let Some(place) = straight.or_else(|| (0..remaining.len()).find(|&place| is_ear(&points, &remaining, place))) else {
+            break;
+        };
         if straight.is_none() {
-            triangles.push(around(&rest, place));
+            triangles.push(around(&remaining, place));
         }
-        rest.remove(place);
+        remaining.remove(place);
     }
-    if rest.len() == 3 && !is_flat(&points, &rest, 1) {
-        triangles.push([rest[0], rest[1], rest[2]]);
+    if remaining.len() == 3 && !is_flat(&points, &remaining, 1) {
+        triangles.push([remaining[0], remaining[1], remaining[2]]);
     }
     triangles
 }

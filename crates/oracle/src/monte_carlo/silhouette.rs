@@ -94,11 +94,11 @@ impl<'a> Silhouette<'a> {
         let index = self.cumulated.partition_point(|sum| *sum <= place).min(self.edges.len().saturating_sub(1));
         let Some(edge) = self.edges.get(index) else { return DVec3::ZERO };
         let weights = edge.arc.weights(v);
-        let seen = match &edge.of {
+        let sample = match &edge.of {
             Owner::Emitter(border) => self.at_emitter(edge, &border.between(weights)),
             Owner::Occluder { index, ends } => self.at_occluder(edge, *index, ends[0] * weights[0] + ends[1] * weights[1]),
         };
-        let Some((emission, incidence, squared)) = seen else { return DVec3::ZERO };
+        let Some((emission, incidence, squared)) = sample else { return DVec3::ZERO };
         edge.moment * (-emission * incidence * self.total() / (squared * edge.length))
     }
 
@@ -118,7 +118,7 @@ impl<'a> Silhouette<'a> {
             return None;
         }
         let behind = ray * lengthening;
-        let at = self.region.vertex(u.dot(behind), v.dot(behind))?;
+        let vertex = self.region.vertex(u.dot(behind), v.dot(behind))?;
         let [left, right] = [ray, -ray].map(|through| edge.beside(self.region, behind, through));
         // Where the emitter's own border passes by, that border bounds the visible part, and the occluder's edge does not.
         let is_border = [left, right].iter().any(|beside| self.region.vertex(u.dot(*beside), v.dot(*beside)).is_none());
@@ -126,7 +126,7 @@ impl<'a> Silhouette<'a> {
             && self.occluders.polygons[index].blocks(right)
             && !self.occluders.polygons[..index].iter().any(|earlier| earlier.blocks(right));
         let counts = hidden && !self.occluders.block(left);
-        counts.then(|| (self.integrand.emission(&at), at.s / lengthening, ray.length_squared()))
+        counts.then(|| (self.integrand.emission(&vertex), vertex.s / lengthening, ray.length_squared()))
     }
 }
 
@@ -162,10 +162,10 @@ impl GeneratingEdge {
 
     /// A ray just left of `ray`, or just right with `through` reversed, that ends just short of the emitter's plane.
     fn beside(&self, region: &Region, ray: DVec3, through: DVec3) -> DVec3 {
-        let left = self.along.cross(through);
-        let (length, distance) = (left.length(), ray.length());
+        let across = self.along.cross(through);
+        let (length, distance) = (across.length(), ray.length());
         let share = (BESIDE * self.length / distance).clamp(LEAST_BESIDE, BESIDE);
-        let aside = if length > 0.0 { ray + left * (share * distance / length) } else { ray };
+        let aside = if length > 0.0 { ray + across * (share * distance / length) } else { ray };
         // The step aside is across the ray, which leaves the plane where that is seen at a slant.
         let onto = -region.height / region.axes[2].dot(aside);
         let onto = if (0.5..2.0).contains(&onto) { onto } else { 1.0 };

@@ -50,8 +50,8 @@ fn crosses([p, q]: &[DVec3; 2], [a, b, c]: &Corners3) -> bool {
     if low * high > 0.0 || low == high {
         return false;
     }
-    let at = *p + (*q - *p) * (low / (low - high));
-    [(a, b), (b, c), (c, a)].into_iter().all(|(v, w)| (*w - *v).cross(at - *v).dot(normal) >= 0.0)
+    let crossing = *p + (*q - *p) * (low / (low - high));
+    [(a, b), (b, c), (c, a)].into_iter().all(|(v, w)| (*w - *v).cross(crossing - *v).dot(normal) >= 0.0)
 }
 
 fn between_segments([p, q]: [DVec3; 2], [a, b]: [DVec3; 2]) -> f64 {

@@ -85,7 +85,7 @@ impl LampTriangle {
     }
 
     /// The point with these weights of the corners.
-    pub(super) fn at(&self, weights: [f64; 3]) -> DVec3 {
+    pub(super) fn point(&self, weights: [f64; 3]) -> DVec3 {
         let [a, b, c] = self.corners;
         a * weights[0] + b * weights[1] + c * weights[2]
     }

@@ -145,12 +145,12 @@ fn the_gradient_is_that_of_the_values_to_fifteen_digits() {
             let truth = enclose_past(&receiver(x), &lamp, &screens[..count], 30).unwrap();
             for axis in 0..3 {
                 let step = 2f64.powi(-30);
-                let at = |sign: f64| {
+                let shifted = |sign: f64| {
                     let mut moved = x;
                     moved[axis] += sign * step;
                     enclose_past(&receiver(moved), &lamp, &screens[..count], 30).unwrap().radiosity
                 };
-                let (above, below) = (at(1.0), at(-1.0));
+                let (above, below) = (shifted(1.0), shifted(-1.0));
                 let difference = above.less(&below).to_f64() / (2.0 * step);
                 let error = truth.gradient[axis].error_of(difference);
                 assert!(error < 2e-16, "{count} {axis}: {difference} {}, {error:e}", truth.gradient[axis].to_f64());

@@ -14,9 +14,9 @@ fn lamp(vertices: [[f64; 3]; 3]) -> Result<Emitter, radgrad_core::Error> {
 
 /// Whether a value and its gradient hold the truth within their bounds.
 fn holds(answer: &Answer, truth: &Enclosure) -> bool {
-    let off = [0, 1, 2].map(|axis| truth.gradient[axis].error_of(answer.gradient[axis]));
+    let errors = [0, 1, 2].map(|axis| truth.gradient[axis].error_of(answer.gradient[axis]));
     truth.radiosity.error_of(answer.radiosity) <= answer.radiosity_error
-        && DVec3::from(off).length() <= answer.gradient_error * (1.0 + 1e-12)
+        && DVec3::from(errors).length() <= answer.gradient_error * (1.0 + 1e-12)
 }
 
 #[test]
@@ -78,11 +78,11 @@ fn components_of_a_normal_far_below_the_largest_count() {
             let receiver = Receiver::new(DVec3::ZERO, DVec3::new(small, 0.0, large), 1.0).unwrap();
             let Ok(answer) = evaluate(&receiver, &emitter, &[]) else { continue };
             let truth = enclose(&receiver, &emitter, 20).unwrap();
-            let off = [0, 1, 2].map(|axis| truth.gradient[axis].error_of(answer.gradient[axis]));
+            let errors = [0, 1, 2].map(|axis| truth.gradient[axis].error_of(answer.gradient[axis]));
             assert!(truth.radiosity.error_of(answer.radiosity) <= answer.radiosity_error, "{small:e} {large:e}: {answer:?}");
             // Squares of 1e270 are beyond the range of doubles.
-            let off = DVec3::from(off).max_element();
-            assert!(off <= answer.gradient_error, "{small:e} {large:e}: {answer:?}, {truth:?}");
+            let errors = DVec3::from(errors).max_element();
+            assert!(errors <= answer.gradient_error, "{small:e} {large:e}: {answer:?}, {truth:?}");
             answered += 1;
             if small > 0.0
                 && let Ok(digits) = evaluate_digits(&receiver, &emitter, &[], 20)
