@@ -39,8 +39,8 @@ pub unsafe extern "C" fn radgrad_evaluate(
         return Status::RADGRAD_NULL;
     }
     // SAFETY: the caller says that they point to three numbers each.
-    let of = |numbers: *const f64| unsafe { DVec3::new(*numbers, *numbers.add(1), *numbers.add(2)) };
-    let (position, normal) = (of(position), of(normal));
+    let vector = |numbers: *const f64| unsafe { DVec3::new(*numbers, *numbers.add(1), *numbers.add(2)) };
+    let (position, normal) = (vector(position), vector(normal));
     // SAFETY: the caller says that it is an emitter of this library.
     let emitter = unsafe { &*emitter }.double.emitter();
     guarded(|| {
@@ -53,7 +53,7 @@ pub unsafe extern "C" fn radgrad_evaluate(
                 unsafe { *answer = Answer { radiosity, radiosity_error, gradient, gradient_error } };
                 Status::RADGRAD_OK
             }
-            Err(error) => Status::of(&error),
+            Err(error) => Status::from_error(&error),
         }
     })
 }
@@ -150,7 +150,7 @@ macro_rules! batch {
                         // SAFETY: the caller says that it can be written.
                         unsafe { *$failed = first + place };
                     }
-                    return Status::of(&error);
+                    return Status::from_error(&error);
                 }
                 // SAFETY: the caller says that the arrays have so many points, and that nobody else uses them.
                 unsafe { $answers.write(first, count, &columns.answers) };

@@ -43,10 +43,10 @@ pub enum Status {
 
 impl Status {
     /// Of an error of the evaluation.
-    fn of(error: &radgrad_core::Error) -> Self {
+    fn from_error(error: &radgrad_core::Error) -> Self {
         use radgrad_core::Error;
         match error {
-            Error::InBatch { error, .. } => Self::of(error),
+            Error::InBatch { error, .. } => Self::from_error(error),
             Error::PositionNotFinite { .. } | Error::Normal { .. } | Error::Reflectance { .. } => Self::RADGRAD_RECEIVER,
             Error::Tolerance { .. } => Self::RADGRAD_TOLERANCE,
             _ => Self::RADGRAD_RANGE,

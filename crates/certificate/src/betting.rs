@@ -61,9 +61,9 @@ impl Bets {
         for x in values {
             let stake = (2.0 * self.threshold / (planned * self.variance())).sqrt();
             self.bets.push((x, stake));
-            let off = x - self.prior.mean;
-            self.sum += off;
-            self.squares += off * off;
+            let deviation = x - self.prior.mean;
+            self.sum += deviation;
+            self.squares += deviation * deviation;
         }
     }
 
@@ -93,8 +93,8 @@ impl Bets {
 
     /// The logarithm of the capital of who bets that the mean is above m (`sign` 1), or below (-1).
     fn capital(&self, m: f64, sign: f64) -> f64 {
-        let most = MOST / if sign > 0.0 { m } else { 1.0 - m };
-        let factor = |&(x, stake): &(f64, f64)| 1.0 + sign * stake.min(most) * (x - m);
+        let stake_limit = MOST / if sign > 0.0 { m } else { 1.0 - m };
+        let factor = |&(x, stake): &(f64, f64)| 1.0 + sign * stake.min(stake_limit) * (x - m);
         self.bets.chunks(GROUP).map(|group| group.iter().map(factor).product::<f64>().ln()).sum()
     }
 }

@@ -21,10 +21,11 @@ pub(crate) struct Walks<'a> {
     pub(crate) model: &'a Model<'a>,
     /// The probability with which a walk goes on after each reflection.
     pub(crate) survival: f64,
-    /// Of each channel, the most that all reflections of a walk add up to that arrives with weight 1, and that are still to come after one.
-    pub(crate) most: Vec<f64>,
+    /// Bounds in each channel on the sum of the weights that a walk of weight 1 reflects: at all its reflections, and at those after
+    /// the first.
+    pub(crate) weight_limits: Vec<f64>,
     pub(crate) more: Vec<f64>,
-    /// Of each channel, what a walk may leave out when it ends.
+    /// Bound in each channel on the truncation of a walk that ends.
     pub(crate) cut: Vec<f64>,
 }
 
@@ -61,9 +62,9 @@ impl<'a> Walks<'a> {
     }
 
     fn new(model: &'a Model<'a>, bounds: &[[f64; 2]], survival: f64) -> Self {
-        let most: Vec<f64> = bounds.iter().map(|[single, double]| series(*single, *double, survival)).collect();
-        let more = most.iter().map(|most| if *most == 0.0 { 0.0 } else { most / survival }).collect();
-        Self { model, survival, most, more, cut: vec![0.0; model.channels] }
+        let weight_limits: Vec<f64> = bounds.iter().map(|[single, double]| series(*single, *double, survival)).collect();
+        let more = weight_limits.iter().map(|limit| if *limit == 0.0 { 0.0 } else { limit / survival }).collect();
+        Self { model, survival, weight_limits, more, cut: vec![0.0; model.channels] }
     }
 
     /// Adds what is reflected of light that arrives on a face, and of what that lights.
@@ -104,7 +105,7 @@ impl<'a> Walks<'a> {
 /// The product of the reflectances of two faces that see each other above which survival does not rise: walks are then 10,000 reflections long.
 const WHITEST: f64 = 0.9996;
 
-/// The most that reflections add up to, if one leaves `single` and two `double`.
+/// Bound on the sum of the weights after each reflection, where one leaves at most `single` and two at most `double`.
 fn series(single: f64, double: f64, survival: f64) -> f64 {
     let pair = double / (survival * survival);
     if double == 0.0 {

@@ -156,10 +156,10 @@ impl<'a> Light<'a> {
     /// before the weight is reflected there.
     fn to_come(&self) -> Vec<f64> {
         let Walks { survival, more, .. } = &self.walks;
-        let of = |((closed, met), more): ((&f64, &f64), &f64)| {
+        let remaining_light = |((closed, met), more): ((&f64, &f64), &f64)| {
             closed + if *met > 0.0 && *more > 0.0 { met * (1.0 + 1.0 / more) / survival } else { 0.0 }
         };
-        self.closed.iter().zip(&self.met).zip(more).map(of).collect()
+        self.closed.iter().zip(&self.met).zip(more).map(remaining_light).collect()
     }
 
     /// The radiosity of a point of a face, from its irradiance.
@@ -168,11 +168,11 @@ impl<'a> Light<'a> {
         let [mut reflectance, mut emission] = [vec![1.0; model.channels], vec![1.0; model.channels]];
         model.reflect(face, point, &mut reflectance);
         model.emit(face, point, &mut emission);
-        let of = |((interval, rho), emitted): ((&Interval, &f64), &f64)| {
+        let radiosity = |((interval, rho), emitted): ((&Interval, &f64), &f64)| {
             // Where nothing is reflected nothing is unknown.
             interval.map(|value| emitted + if *rho == 0.0 { 0.0 } else { rho * value })
         };
-        irradiance.iter().zip(&reflectance).zip(&emission).map(of).collect()
+        irradiance.iter().zip(&reflectance).zip(&emission).map(radiosity).collect()
     }
 
     /// The least and the largest irradiance by lamps in closed form, in each channel.
@@ -257,12 +257,12 @@ impl Walker for FromPoint<'_> {
         let Light { closed, met, .. } = self.light;
         let range = |channel: usize| {
             let times = |light: f64, times: f64| if light == 0.0 { 0.0 } else { light * times };
-            times(closed[channel], self.walks.most[channel]) + times(met[channel], 1.0 + self.walks.more[channel])
+            times(closed[channel], self.walks.weight_limits[channel]) + times(met[channel], 1.0 + self.walks.more[channel])
         };
         (0..closed.len()).map(range).collect()
     }
 
-    fn known(&self) -> Vec<f64> {
+    fn deterministic_part(&self) -> Vec<f64> {
         self.direct.iter().map(|[_, high]| *high).collect()
     }
 
@@ -316,14 +316,14 @@ mod tests {
         let model = Model::new(&prepared);
         let light = Light::new(&model, &prepared, FormFactors::new(&scene)?);
         let normal = DVec3::NEG_Z;
-        let at = DVec3::new(0.5, 0.5, 0.4);
-        let direct = light.direct(None, at, normal, FINE)?;
-        let point = prepared.placement.inward(at);
+        let position = DVec3::new(0.5, 0.5, 0.4);
+        let direct = light.direct(None, position, normal, FINE)?;
+        let point = prepared.placement.inward(position);
         let walker = FromPoint { light: &light, walks: light.walks.clone(), face: None, point, normal, direct };
-        let most = walker.block(1, 0)?.sums.iter().map(|[low, _]| *low).fold(0.0, largest);
+        let largest_sum = walker.block(1, 0)?.sums.iter().map(|[low, _]| *low).fold(0.0, largest);
         let range = walker.ranges()[0];
         // In the middle about its area over pi, times the reflectance.
-        assert!(most > 0.01 && most <= range && range < 1.1 * most, "{most} of {range}");
+        assert!(largest_sum > 0.01 && largest_sum <= range && range < 1.1 * largest_sum, "{largest_sum} of {range}");
         Ok(())
     }
 }

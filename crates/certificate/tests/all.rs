@@ -81,8 +81,8 @@ fn lit_through_a_gap(rho: f64, gap: f64) -> Result<(Scene, [f64; 2]), Box<dyn Er
     // Ceilings face down; the lamp is level with them, 0.01 wide, and faces down.
     let ceiling = |x: f64, width: f64| parallelogram([x, 0.0, 1.0], [0.0, 1.0, 0.0], [width, 0.0, 0.0]);
     let lamp = parallelogram([0.495, 0.495, 6.0], [0.0, 0.01, 0.0], [0.01, 0.0, 0.0]);
-    let rest = 0.5 - 0.5 * gap;
-    let inner: Vec<Polygon> = [floor, ceiling(0.0, rest), ceiling(rest + gap, rest)].into_iter().chain(sides).collect();
+    let margin = 0.5 - 0.5 * gap;
+    let inner: Vec<Polygon> = [floor, ceiling(0.0, margin), ceiling(margin + gap, margin)].into_iter().chain(sides).collect();
     let area: f64 = inner.iter().map(Polygon::area).sum();
     let whole = area + lamp.area();
     // The lamp sees the gap under small angles: a Gauss rule of few points on the gap, at the middle of the lamp, is exact to 1e-5.
@@ -92,14 +92,14 @@ fn lit_through_a_gap(rho: f64, gap: f64) -> Result<(Scene, [f64; 2]), Box<dyn Er
         dz * dz / (std::f64::consts::PI * square * square)
     };
     let count = 400;
-    let at = |k: i32| (f64::from(k) + 0.5) / f64::from(count);
-    let through: f64 = (0..count).map(|k| gap * kernel(0.5, at(k)) / f64::from(count)).sum::<f64>() * lamp.area();
+    let midpoint = |k: i32| (f64::from(k) + 0.5) / f64::from(count);
+    let through: f64 = (0..count).map(|k| gap * kernel(0.5, midpoint(k)) / f64::from(count)).sum::<f64>() * lamp.area();
     let emitted = 1e6;
     let faces = inner.into_iter().map(|polygon| (polygon, rho, 0.0)).chain([(lamp, 0.0, emitted)]);
     let scene = scene(faces)?;
     // All that comes in is absorbed, or leaves through the gap: of what a reflection sends on, at most some ten times the gap's share of the area.
-    let all = emitted * through * rho / (1.0 - rho) / whole;
-    Ok((scene, [all * (1.0 - 10.0 * gap / area * rho / (1.0 - rho) - 1e-3), all * (1.0 + 1e-3)]))
+    let radiosity = emitted * through * rho / (1.0 - rho) / whole;
+    Ok((scene, [radiosity * (1.0 - 10.0 * gap / area * rho / (1.0 - rho) - 1e-3), radiosity * (1.0 + 1e-3)]))
 }
 
 #[test]
@@ -161,8 +161,11 @@ fn textures_count_where_walks_meet_them() -> Outcome {
     // Mean emission pi 0.625, mean reflectance 0.5, one reflection, half of the area; the factor by that of far squares.
     let factor = 1.0 / (std::f64::consts::PI * 400.0);
     let reflected = 0.5 * 0.5 * std::f64::consts::PI * 0.625 * factor;
-    let of = certificate.reflected[0];
-    assert!(of.contains(reflected * (1.0 - 1e-3)) && of.half_width() < 0.021 * reflected, "{of:?} for {reflected}");
+    let interval = certificate.reflected[0];
+    assert!(
+        interval.contains(reflected * (1.0 - 1e-3)) && interval.half_width() < 0.021 * reflected,
+        "{interval:?} for {reflected}"
+    );
     Ok(())
 }
 
@@ -185,9 +188,9 @@ fn lit_and_dark_rooms() -> Result<Scene, Box<dyn Error>> {
         let [even, odd] = [[0.2, 0.5, 0.8], [0.7, 0.1, 0.4]];
         let rho = if index % 2 == 0 { even } else { odd };
         let lit = scene.add_material(format!("lit{index}"), rho, radiance(rho))?;
-        let left = scene.add_surface(format!("left{index}"));
+        let wall = scene.add_surface(format!("left{index}"));
         let moved = polygon.vertices().iter().map(|corner| *corner + DVec3::X).collect();
-        scene.add_face(left, lit, polygon, None)?;
+        scene.add_face(wall, lit, polygon, None)?;
         scene.add_face(right, dark, Polygon::new(moved)?, None)?;
     }
     // What only hides has no part in the mean.
@@ -212,8 +215,9 @@ fn no_light_comes_through_a_wall() -> Outcome {
         let lit = certificate.surfaces[0][channel] / (0.5 * bright * FLOOR[channel]);
         assert!((lit - 1.0).abs() < 0.05, "channel {channel}: {lit}");
     }
-    let at = |x: f64| Place { position: DVec3::new(x, 0.4, 0.0), normal: DVec3::Z, face: Some(0) };
-    let points = certify_points(&scene, &[at(0.3), at(1.7)], &Request { width: 0.02, rays: 300_000, ..Request::default() })?;
+    let place = |x: f64| Place { position: DVec3::new(x, 0.4, 0.0), normal: DVec3::Z, face: Some(0) };
+    let points =
+        certify_points(&scene, &[place(0.3), place(1.7)], &Request { width: 0.02, rays: 300_000, ..Request::default() })?;
     let [lit, dark] = [0, 1].map(|point| points[point].as_ref().expect("on the floor"));
     for (channel, bright) in BRIGHT.into_iter().enumerate() {
         let radiosity = lit.radiosity.as_ref().ok_or("on a face")?[channel];
@@ -246,8 +250,8 @@ fn channels_and_points_share_the_probability() -> Outcome {
     assert_eq!(beside.mean, [alone.mean[0]; 4]);
     assert!(wide.mean[0].half_width() > alone.mean[0].half_width());
     let place = Place { position: DVec3::new(0.3, 0.2, 0.0), normal: DVec3::Z, face: Some(0) };
-    let at = |scene: &Scene, count: usize, delta: f64| certify_points(scene, &vec![place; count], &request(delta));
-    let [alone, beside, of_four] = [at(&one, 1, 0.0625)?, at(&one, 2, 0.125)?, at(&four, 1, 0.25)?];
+    let certify = |scene: &Scene, count: usize, delta: f64| certify_points(scene, &vec![place; count], &request(delta));
+    let [alone, beside, of_four] = [certify(&one, 1, 0.0625)?, certify(&one, 2, 0.125)?, certify(&four, 1, 0.25)?];
     assert_eq!(alone[0], beside[0]);
     let [alone, of_four] = [&alone, &of_four].map(|points| points[0].as_ref().expect("on the floor"));
     assert_eq!(of_four.irradiance, [alone.irradiance[0]; 4]);

@@ -51,7 +51,7 @@ impl Value {
         }
     }
 
-    pub(crate) fn at(&self, point: DVec3, patch: usize, quantity: &'static str) -> Result<f64, Error> {
+    pub(crate) fn value_at(&self, point: DVec3, patch: usize, quantity: &'static str) -> Result<f64, Error> {
         match self {
             Self::Constant(value) => Ok(*value),
             Self::Function { of, largest } => {

@@ -27,10 +27,10 @@ const fn light<'a>(emitters: &'a [Emitter], occluders: &'a [Polygon]) -> Lightin
 /// The largest difference on a grid over the floor, and the largest radiosity there.
 fn true_error(half: f64, light: &Lighting<'_>, value: impl Fn(DVec3) -> Option<f64>) -> (f64, f64) {
     let n = 60;
-    let at = |i: i32| half * (f64::from(2 * i) / f64::from(n) - 1.0) * 0.999;
+    let coordinate = |i: i32| half * (f64::from(2 * i) / f64::from(n) - 1.0) * 0.999;
     let (mut off, mut greatest) = (0.0_f64, 0.0_f64);
     for (i, j) in (0..=n).flat_map(|i| (0..=n).map(move |j| (i, j))) {
-        let point = DVec3::new(at(i), at(j), 0.0);
+        let point = DVec3::new(coordinate(i), coordinate(j), 0.0);
         let receiver = Receiver::new(point, DVec3::Z, light.reflectance).unwrap();
         let exact: f64 =
             light.emitters.iter().map(|emitter| evaluate_to(&receiver, emitter, light.occluders, 1e-6).unwrap().radiosity).sum();
