@@ -216,11 +216,11 @@ mod tests {
         // 1 (1e300 - 1e300) + 1e-300 (y), from points that doubles span the whole range with.
         let n = DVec3::new(1.0, 1e-300, 0.0);
         for y in [1e-300, -1e-300, 1.0, -3.0, 1e10] {
-            let offset = height((n, 1.0), DVec3::new(1e300, y, 0.0), DVec3::new(1e300, 0.0, 0.0), 1e-300);
-            assert_eq!(offset.hi.signum(), y.signum(), "{y}: {offset:?}");
+            let computed = height((n, 1.0), DVec3::new(1e300, y, 0.0), DVec3::new(1e300, 0.0, 0.0), 1e-300);
+            assert_eq!(computed.hi.signum(), y.signum(), "{y}: {computed:?}");
         }
-        let offset = height((n, 1.0), DVec3::new(3.0, 1e300, 5.0), DVec3::new(2.0, -1e300, 1e-310), 0.5);
-        assert_eq!(offset.hi, 1.5);
+        let computed = height((n, 1.0), DVec3::new(3.0, 1e300, 5.0), DVec3::new(2.0, -1e300, 1e-310), 0.5);
+        assert_eq!(computed.hi, 1.5);
         assert_eq!(height((n, 1.0), DVec3::splat(1e-310), DVec3::splat(1e-310), 1.0), DoubleDouble::ZERO);
     }
 

@@ -120,7 +120,7 @@ mod tests {
     use proptest::prelude::*;
 
     /// The same with more bits, brought back.
-    fn units_of(bits: usize, wider: usize, function: impl Fn() -> Big) -> f64 {
+    fn error_in_units(bits: usize, wider: usize, function: impl Fn() -> Big) -> f64 {
         let [rough, fine] = [bits, wider].map(|bits| with_bits(bits, || function().to_float()));
         let difference = fine.sub_full_prec(&rough);
         (Magnitude::of_number(&difference) / Magnitude::of_number(&fine) * Magnitude::power_of_two(bits as i64)).to_double()
@@ -132,16 +132,16 @@ mod tests {
         fn functions_keep_their_error_bounds(y in -3.0..3.0f64, x in -3.0..3.0f64, near in -1e-9..1e-9f64, words in 2..6usize) {
             prop_assume!(x != 0.0 && near != 0.0);
             let bits = 64 * words;
-            let atan2 = |y: f64, x: f64| units_of(bits, 2 * bits, || Big::from_double(y).atan2(Big::from_double(x)));
+            let atan2 = |y: f64, x: f64| error_in_units(bits, 2 * bits, || Big::from_double(y).atan2(Big::from_double(x)));
             prop_assert!(atan2(y, x) <= LIBRARY_UNITS);
             prop_assert!(atan2(near, x) <= LIBRARY_UNITS);
             prop_assert!(atan2(y, near) <= LIBRARY_UNITS);
-            let ln = |x: f64| units_of(bits, 2 * bits, || Big::from_double(x).ln());
+            let ln = |x: f64| error_in_units(bits, 2 * bits, || Big::from_double(x).ln());
             prop_assert!(ln(x.abs()) <= LIBRARY_UNITS);
             prop_assert!(ln(1.0 + near) <= LIBRARY_UNITS);
             prop_assert!(ln(near.abs()) <= LIBRARY_UNITS);
-            prop_assert!(units_of(bits, 2 * bits, || Big::from_double(x.abs()).sqrt()) <= 1.0);
-            prop_assert!(units_of(bits, 2 * bits, || Big::from_double(x) / Big::from_double(near)) <= 1.0);
+            prop_assert!(error_in_units(bits, 2 * bits, || Big::from_double(x.abs()).sqrt()) <= 1.0);
+            prop_assert!(error_in_units(bits, 2 * bits, || Big::from_double(x) / Big::from_double(near)) <= 1.0);
         }
     }
 
@@ -182,15 +182,15 @@ mod tests {
             // Thirds fill all bits.
             let operand = |x: f64| Big::from_double(x) / Big::from_double(3.0);
             let (p, q) = with_bits(bits, || (operand(a).to_float(), operand(b).scaled(2f64.powi(shift)).to_float()));
-            let units_of = |rounded: BigFloat, exact: BigFloat| {
+            let error_in_units = |rounded: BigFloat, exact: BigFloat| {
                 let units = Magnitude::of_number(&exact_sum(&rounded, &exact.neg())) / Magnitude::of_number(&exact);
                 (units * Magnitude::power_of_two(bits as i64)).to_double()
             };
-            prop_assert!(units_of(p.add(&q, bits, NEAREST), exact_sum(&p, &q)) <= 1.0);
-            prop_assert!(units_of(p.sub(&q, bits, NEAREST), exact_sum(&p, &q.neg())) <= 1.0);
-            prop_assert!(units_of(p.mul(&q, bits, NEAREST), p.mul_full_prec(&q)) <= 1.0);
-            prop_assert!(units_of(p.div(&q, bits, NEAREST).mul_full_prec(&q), p.clone()) <= 1.0);
-            prop_assert!(units_of(p.abs().sqrt(bits, NEAREST).mul_full_prec(&p.abs().sqrt(bits, NEAREST)), p.abs()) <= 2.0);
+            prop_assert!(error_in_units(p.add(&q, bits, NEAREST), exact_sum(&p, &q)) <= 1.0);
+            prop_assert!(error_in_units(p.sub(&q, bits, NEAREST), exact_sum(&p, &q.neg())) <= 1.0);
+            prop_assert!(error_in_units(p.mul(&q, bits, NEAREST), p.mul_full_prec(&q)) <= 1.0);
+            prop_assert!(error_in_units(p.div(&q, bits, NEAREST).mul_full_prec(&q), p.clone()) <= 1.0);
+            prop_assert!(error_in_units(p.abs().sqrt(bits, NEAREST).mul_full_prec(&p.abs().sqrt(bits, NEAREST)), p.abs()) <= 2.0);
         }
     }
 
