@@ -179,7 +179,7 @@ pub unsafe extern "C" fn radgrad_batch_f64(
     batch!(room, double, emitter, points, tolerance, answers, failed)
 }
 
-/// The same in single precision, twice as fast to tolerances of 1e-5: bounds hold what its rounding adds, and reach no 1e-7.
+/// The same in single precision, twice as fast to tolerances of 1e-5: bounds include its rounding, and reach no 1e-7.
 ///
 /// A receiver that is refused ends it: `failed`, unless it is NULL, is then its place. Answers to points before it may be written already.
 ///

@@ -10,7 +10,7 @@ use std::ptr::null_mut;
 
 use radgrad_c::*;
 
-/// The system's allocator, which counts what each thread asks of it.
+/// The system's allocator, which counts the allocations of each thread.
 struct Counting;
 
 thread_local! {
@@ -21,7 +21,7 @@ thread_local! {
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         ALLOCATIONS.set(ALLOCATIONS.get() + 1);
-        // SAFETY: the caller promises what the system's allocator asks for.
+        // SAFETY: the caller's promise is that of the system's allocator.
         unsafe { System.alloc(layout) }
     }
 

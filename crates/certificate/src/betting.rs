@@ -7,7 +7,7 @@
 //! The number of draws may depend on the draws. Nothing is assumed of their distribution; the lower limit needs no upper end of the range.
 //!
 //! The stake that is best for `n` numbers of variance `v` is about `sqrt(2 ln(2/delta) / (n v))`; v is that of earlier numbers. It is cut to
-//! [`MOST`] of what could be lost at once, so that a capital stays positive.
+//! [`MOST`] of the capital that one number can lose, so that a capital stays positive.
 
 /// The share of the capital that one bet may lose.
 const MOST: f64 = 0.75;

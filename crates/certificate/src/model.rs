@@ -1,5 +1,5 @@
 //! The scene as walks see it: triangles to start from, reflectances and emissions at hits, and their largest values, which alone decide the
-//! range of what a walk can contribute.
+//! range of a walk's contribution.
 
 use std::f64::consts::PI;
 

@@ -1,8 +1,8 @@
-//! Random walks, and what each of them contributes.
+//! Random walks, and the contribution of each.
 //!
-//! A walk carries a weight for each channel. Where it arrives the weights are multiplied by the reflectance there, and what is then left is
-//! reflected light. After that it goes on with probability [`Walks::survival`], whatever its weight, and weights are divided by that: the sum
-//! over all arrivals has the same expectation whatever the survival is, and if its square is above what two reflections leave at most, a range
+//! A walk carries a weight for each channel. Where it arrives the weights are multiplied by the reflectance there, and the products
+//! are reflected light. After that it goes on with probability [`Walks::survival`], whatever its weight, and weights are divided by that: the sum
+//! over all arrivals has the same expectation whatever the survival is, and if its square is above the largest weight after two reflections, a range
 //! that is known before the first draw. A walk whose weights are so small that all that it may still add is below [`Walks::cut`] ends, and the
 //! cut is added to the upper limit. Where light comes to the same wherever it goes, a survival of 1 leaves no variance.
 
@@ -29,14 +29,14 @@ pub(crate) struct Walks<'a> {
     pub(crate) cut: Vec<f64>,
 }
 
-/// What a walk has added up.
+/// The sums over the reflections of a walk.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Tally {
     /// In each channel.
     pub(crate) sums: Vec<f64>,
     /// Rays so far.
     pub(crate) rays: u64,
-    /// What surfaces reflected so far, channel by channel.
+    /// The reflected weights so far, surface by surface and channel by channel.
     pub(crate) surfaces: Vec<f64>,
 }
 
@@ -67,7 +67,7 @@ impl<'a> Walks<'a> {
         Self { model, survival, weight_limits, more, cut: vec![0.0; model.channels] }
     }
 
-    /// Adds what is reflected of light that arrives on a face, and of what that lights.
+    /// Adds the reflected part of light that arrives on a face, and all its further reflections.
     pub(crate) fn arrive(&self, (mut face, mut point): Hit, weights: &mut [f64], generator: &mut ChaCha8Rng, tally: &mut Tally) {
         loop {
             self.model.reflect(face, point, weights);

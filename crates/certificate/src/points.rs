@@ -1,7 +1,7 @@
 //! Certificates at points: walks begin there, against the light, and wherever they arrive the light of lamps is added in closed form.
 //!
-//! The irradiance of a point is that of lamps, in closed form to its proven bound, and what the rest reflects: the mean over directions, by the
-//! cosine, of the radiosity that is met, and that is `rho` times an irradiance of the same kind. Lamps that emit evenly are taken in closed form; others
+//! The irradiance of a point is that of lamps, in closed form to its proven bound, and that of reflected light: the mean over directions, by
+//! the cosine, of the reflected radiosity that is met, and that is `rho` times an irradiance of the same kind. Lamps that emit evenly are taken in closed form; others
 //! where a walk meets them. A lamp gives no point more than it emits, and that is the range.
 
 use radgrad_core::{DVec3, Receiver};
@@ -22,7 +22,7 @@ const BLOCK: usize = 16;
 /// Lamps beyond which all are taken where they are met.
 const MOST_LAMPS: usize = 32;
 
-/// The error that closed forms may have, by what a lamp emits: at the point, and where walks arrive.
+/// The allowed error of closed forms relative to a lamp's emission: at the point, and where walks arrive.
 const FINE: f64 = 1e-9;
 const COARSE: f64 = 1e-4;
 
@@ -152,7 +152,7 @@ impl<'a> Light<'a> {
         Ok(PointCertificate { irradiance, radiosity, walks: outcome.walks, rays: outcome.rays })
     }
 
-    /// Of each channel, the most light that is still to come after a reflection, over what weights still add up to: lamps that are met count
+    /// Bound in each channel on the light of all later reflections, over the bound on the sum of their weights: lamps that are met count
     /// before the weight is reflected there.
     fn to_come(&self) -> Vec<f64> {
         let Walks { survival, more, .. } = &self.walks;
@@ -242,7 +242,7 @@ impl Walker for FromPoint<'_> {
                     let outward = self.light.prepared.placement.outward(point);
                     let direct = self.light.direct(Some(face), outward, model.faces[face].normal, COARSE)?;
                     for (channel, ends) in sums.iter_mut().enumerate() {
-                        // What is known of the value does not tell that it is at most the range.
+                        // The bounds of the closed form do not say that the value is at most the range.
                         let [low, high] = [direct[channel][0], smallest(direct[channel][1], self.light.closed[channel])];
                         *ends = [ends[0] + weights[channel] * low, ends[1] + weights[channel] * high];
                     }
@@ -277,7 +277,7 @@ mod tests {
     use crate::rooms::{self, Room};
     use crate::sampling::tests::limits;
 
-    /// Holds walks from a point of a room in which the radiosity is 1 to what they must bring, with what they may leave out.
+    /// Checks walks from a point of a room in which the radiosity is 1 against their expectation, less the allowed truncation.
     fn hold(room: &Room, cut: f64) -> Result<(), Error> {
         let prepared = Prepared::of(&room.scene)?;
         let model = Model::new(&prepared);

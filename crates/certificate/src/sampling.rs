@@ -11,7 +11,7 @@ use crate::{Interval, Request};
 const PILOT: [usize; 2] = [2, 32];
 const PILOT_PART: f64 = 0.05;
 
-/// What a walk may leave out, by the half-width asked for.
+/// The allowed truncation of a walk, relative to the half-width asked for.
 const CUT: f64 = 0.05;
 
 /// Walks beyond those that are expected to be enough, and at least so many more of those that there are where they were not.
@@ -20,7 +20,7 @@ const SPARE: f64 = 1.05;
 /// The most by which the number of walks grows before limits are looked at again.
 const GROWTH: usize = 4;
 
-/// What walks of a kind are.
+/// One kind of walks.
 pub(crate) trait Walker: Sync {
     /// The walks of one stream of random numbers.
     fn block(&self, seed: u64, stream: u64) -> Result<Block, Error>;
@@ -41,7 +41,7 @@ pub(crate) struct Block {
     /// The sum of each, at least and at most, channel by channel.
     pub(crate) sums: Vec<[f64; 2]>,
     pub(crate) rays: u64,
-    /// What surfaces reflected, channel by channel, where that is kept.
+    /// The reflected weights, surface by surface and channel by channel; empty where they are not recorded.
     pub(crate) surfaces: Vec<f64>,
 }
 
@@ -51,7 +51,7 @@ impl Block {
     }
 }
 
-/// Walks, with what a pilot says of them.
+/// Walks, with the variances and costs that a pilot measured.
 pub(crate) struct Trial<W> {
     pub(crate) walker: W,
     request: Request,
@@ -68,7 +68,7 @@ pub(crate) struct Trial<W> {
     walks_a_block: usize,
 }
 
-/// What walks have come to.
+/// The limits from all walks so far.
 pub(crate) struct Outcome {
     pub(crate) limits: Vec<Interval>,
     pub(crate) walks: usize,
@@ -116,7 +116,7 @@ impl<W: Walker> Trial<W> {
         self.pilot.iter().any(|pilot| pilot.mean > 0.0)
     }
 
-    /// What walks may leave out of their sums in each channel.
+    /// Bound on the truncation of the walks' sums in each channel.
     pub(crate) fn cut(&self) -> Vec<f64> {
         (0..self.pilot.len())
             .map(|channel| CUT * self.half_width(channel, self.pilot[channel].mean) * self.scales[channel])
@@ -224,7 +224,7 @@ pub(crate) mod tests {
         Ok((0..ranges.len()).map(|channel| [limit(channel, 0), limit(channel, 1)]).collect())
     }
 
-    /// Walks of one step that note what random numbers they are given.
+    /// Walks of one step that record the random numbers they are given.
     struct Noted(Mutex<Vec<(u64, u64)>>);
 
     impl Walker for Noted {

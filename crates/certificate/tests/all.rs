@@ -37,7 +37,7 @@ fn scene(faces: impl IntoIterator<Item = (Polygon, f64, f64)>) -> Result<Scene, 
     Ok(scene)
 }
 
-/// A box with a plate of two sides in it, turned, where every face emits what it does not reflect: the radiosity is 1 everywhere.
+/// A box with a plate of two sides in it, turned, where every face has `E = 1 - rho`: the radiosity is 1 everywhere.
 fn furnace(reflectances: [f64; 8]) -> Result<(Scene, f64), Box<dyn Error>> {
     let [sides @ .., above, below] = reflectances;
     let (along, up) = ([0.6, 0.3, 0.1], [-0.2, 0.5, 0.4]);
@@ -75,7 +75,7 @@ fn even_light_is_within_its_limits() -> Outcome {
 }
 
 /// A room of one reflectance with a gap of this width in its ceiling, and a lamp above that shines through it: the mean reflected radiosity but
-/// for what leaves through the gap again, at most the gap's share of all that is incident on walls of that area.
+/// for the light that leaves through the gap again, at most the gap's share of all that is incident on walls of that area.
 fn lit_through_a_gap(rho: f64, gap: f64) -> Result<(Scene, [f64; 2]), Box<dyn Error>> {
     let [floor, _, sides @ ..] = walls([1.0, 1.0, 1.0]);
     // Ceilings face down; the lamp is level with them, 0.01 wide, and faces down.
@@ -97,7 +97,7 @@ fn lit_through_a_gap(rho: f64, gap: f64) -> Result<(Scene, [f64; 2]), Box<dyn Er
     let emitted = 1e6;
     let faces = inner.into_iter().map(|polygon| (polygon, rho, 0.0)).chain([(lamp, 0.0, emitted)]);
     let scene = scene(faces)?;
-    // All that comes in is absorbed, or leaves through the gap: of what a reflection sends on, at most some ten times the gap's share of the area.
+    // All that comes in is absorbed, or leaves through the gap: of the light of each reflection, at most some ten times the gap's share of the area.
     let radiosity = emitted * through * rho / (1.0 - rho) / whole;
     Ok((scene, [radiosity * (1.0 - 10.0 * gap / area * rho / (1.0 - rho) - 1e-3), radiosity * (1.0 + 1e-3)]))
 }
@@ -169,7 +169,7 @@ fn textures_count_where_walks_meet_them() -> Outcome {
     Ok(())
 }
 
-/// Two cubes with a wall between them, in three channels: on the left every face emits what it does not reflect, times a
+/// Two cubes with a wall between them, in three channels: on the left every face has `E = 1 - rho` times a
 /// number of the channel, and on the right nothing is lit. The floor goes under both, and its textures tell the halves.
 fn lit_and_dark_rooms() -> Result<Scene, Box<dyn Error>> {
     let mut scene = Scene::new(["red", "green", "blue"])?;
@@ -193,7 +193,7 @@ fn lit_and_dark_rooms() -> Result<Scene, Box<dyn Error>> {
         scene.add_face(wall, lit, polygon, None)?;
         scene.add_face(right, dark, Polygon::new(moved)?, None)?;
     }
-    // What only hides has no part in the mean.
+    // A surface that only hides has no part in the mean.
     let aside = scene.add_obstruction("aside");
     scene.add_face(aside, dark, parallelogram([5.0; 3], [3.0, 0.0, 0.0], [0.0, 3.0, 0.0]), None)?;
     Ok(scene)

@@ -9,7 +9,7 @@
 //!
 //! The bound is that of each triangle's truncation ([`triangle`]) and rounding ([`sums`]). Polygons off one plane by their
 //! planarity defect, and vertex values off one affine function, add 8 defects over the height and the residual, relative. The defect
-//! also moves polygons along the receiver's normal, against the horizon: [`Scene::off_plane`] bounds what that changes.
+//! also moves polygons along the receiver's normal, against the horizon: [`Scene::off_plane`] bounds the change.
 
 mod outline;
 mod rules;
@@ -33,7 +33,7 @@ use crate::problem::receiver::Receiver;
 /// The truncation of a triangle, relative to its expected value and gradient, that is not worth another node: a quarter of a roundoff.
 pub(crate) const FULL_PRECISION: f64 = 0.25 * ROUNDOFF;
 
-/// Nodes that cost nothing worth counting beside what else an answer takes, and the operations of one.
+/// Nodes whose cost is negligible beside the rest of an answer, and the operations of one.
 const MANY: usize = 1 << 14;
 const OF_A_NODE: u64 = 16;
 

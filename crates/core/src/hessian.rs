@@ -1,6 +1,6 @@
 //! Second derivatives of the radiosity with respect to x, clipped by the receiver's horizon and past occluders.
 //!
-//! What follows is for constant emission; [`crate::forms::second_derivatives`] has what an emission that varies adds. The gradient
+//! The following is for constant emission; [`crate::forms::second_derivatives`] has the terms of an emission that varies. The gradient
 //! is `(rho B/pi) sum int (n1.r) (dy x r) / r^4` over the parts of the emitter's edges above the horizon
 //! ([`crate::forms::constant`]). Its derivative with respect to x at fixed y is minus that with respect to r. The end points of
 //! the parts move with x where the horizon cuts an edge, but the integrand is zero there, `n1.r = 0`: the horizon adds nothing

@@ -1,7 +1,7 @@
 //! Functions of single precision on every number that there is: angles and square roots of lanes.
 //!
 //! `cargo run --release -p radgrad-numbers --example all_of_single -- 1` takes all 2^32 of them, some minutes; for a larger number it
-//! takes one in so many. `docs/guide/trust.md` records what all of them gave. Angles are those of (y, 1), (y, -1) and (1, y), which
+//! takes one in so many. `docs/guide/trust.md` records the errors of all. Angles are those of (y, 1), (y, -1) and (1, y), which
 //! are all quotients but for their rounding, against `arc_tangent::atan2` of doubles, whose error Gappa proves to be below 3.91 of its own
 //! roundings. Where the quotient of the smaller by the larger coordinate is no normal number an error is in units of the smallest number.
 //! Every instruction set of the machine is asked.
@@ -30,7 +30,7 @@ const TILE: usize = 1 << 12;
 /// Numbers that there are.
 const ALL: u64 = 1 << 32;
 
-/// What was found of some numbers.
+/// Errors and counts over some numbers.
 #[derive(Clone, Copy, Default)]
 struct Found {
     numbers: u64,

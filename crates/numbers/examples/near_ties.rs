@@ -27,7 +27,7 @@ const NEAREST: RoundingMode = RoundingMode::ToEven;
 /// Arguments in a stretch.
 const STRETCH: u32 = 1 << 20;
 
-/// What is evaluated again is nearer than this, of 2^128 in half a unit of the last place.
+/// Numbers nearer than this, of 2^128 in half a unit of the last place, are evaluated again.
 const NEAR: u128 = 1 << (128 - 18);
 
 /// The most that are printed of a function.

@@ -78,7 +78,7 @@ impl DoubleDouble {
     }
 
     /// Square root by one Newton step from the double one; relative error below 4u^2 (Karp and Markstein 1997). Where the square
-    /// of the root would underflow or overflow it is that of a multiple by a power of four; what is infinite or no number stays so.
+    /// of the root would underflow or overflow it is that of a multiple by a power of four; infinity and NaN stay so.
     #[inline]
     pub fn sqrt(self) -> Self {
         if self.hi <= 0.0 {

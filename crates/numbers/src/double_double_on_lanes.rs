@@ -1,15 +1,15 @@
 //! Double-doubles as numbers that a closed form is written on, several side by side on the lanes of a vector.
 //!
-//! Sums and products are those of one double-double. Quotients, roots and functions have no branch, and what is below 2^-44 of a
-//! series is summed in plain double precision.
+//! Sums and products are those of one double-double. Quotients, roots and functions have no branch, and terms below 2^-44 of a
+//! series are summed in plain double precision.
 //!
 //! # Bound
 //! Every result here is within [`ROUNDOFF_ON_LANES`], V = 2^-94, relative; u = 2^-53.
 //! - Sum 3u^2 and product 8u^2, as on one double-double. Quotient: with `q = a_0/b_0` rounded, `a_0 - q b_0` is exact in two parts,
 //!   and `a - q b` errs by `(1 + 2 + 4 + 5) u^2` of a in its four sums and products; divided by `b_0` instead of b it gives the rest,
 //!   at most 5u of the quotient, to 2u: below 32u^2. Root: likewise `2.5u^2 + 3u^2` and u^2 for the square of the step, below 8u^2.
-//! - A step of Horner's rule, `c + z s` with `|z s| <= |c|/4`, errs by `2u^2` from the product and `4u^2` from the sum; what the next
-//!   step makes of it is a quarter at most: below 12u^2 in all.
+//! - A step of Horner's rule, `c + z s` with `|z s| <= |c|/4`, errs by `2u^2` from the product and `4u^2` from the sum; the next
+//!   step multiplies the error by a quarter at most: below 12u^2 in all.
 //! - The terms in plain double precision begin below 2^-44.4 of the first (of the arc tangent; 2^-44.7, 2^-45.8 and 2^-46.6 of the
 //!   logarithm, the sine and Clausen's function), fall by a factor of 4 at least and err by 4u of themselves: 2^-95 in all. The terms
 //!   left out are below 2^-97 together.

@@ -132,7 +132,7 @@ fn is_ordinary(number: f64) -> bool {
 pub fn height((n, power_of_n): (DVec3, f64), point: DVec3, origin: DVec3, power: f64) -> DoubleDouble {
     let (n, point, origin) = (n.to_array(), point.to_array(), origin.to_array());
     let are_ordinary = |r: [DoubleDouble; 3]| r.iter().all(|c| is_ordinary(c.hi) && is_ordinary(c.lo));
-    // What is 0 only when scaled was lost.
+    // A component that is 0 only when scaled has underflowed.
     let scaled_n = n.map(|c| c * power_of_n);
     let is_kept = |i: usize| n[i] == 0.0 || (scaled_n[i] != 0.0 && is_ordinary(scaled_n[i]));
     let r = difference(point, origin, 1.0);

@@ -1,5 +1,5 @@
-//! Logarithms and arc tangents that lie nearest to a double or midway between two, from `data/reference/near_ties.txt`: what is known to few
-//! digits does not tell on which side. The example `near_ties` finds them.
+//! Logarithms and arc tangents that lie nearest to a double or midway between two, from `data/reference/near_ties.txt`: few digits
+//! do not tell on which side. The example `near_ties` finds them.
 
 use astro_float::{BigFloat, Consts, RoundingMode};
 
@@ -88,7 +88,7 @@ fn near_ties_are_as_near_as_stated_and_every_precision_keeps_its_bound() {
         assert!(error(ball.middle()).abs() <= ball.error(), "{x:?}");
         let ball = tie.evaluate::<Ball<DoubleDouble>>();
         assert!(minus(&big(ball.middle()), &truth).abs() <= ball.error(), "{x:?}");
-        // What users get of it is a double and a bound.
+        // Its result for users is a double and a bound.
         assert!(error(ball.value()).abs() <= ball.value_error(), "{x:?}");
 
         for bits in [128, 256] {

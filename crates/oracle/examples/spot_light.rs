@@ -48,7 +48,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let ripple_slope = |y: DVec3| DVec3::X * k * libm::cos(k * y.x);
     report("ripple", &floor, &screen, ripple, Some(&ripple_slope), RIPPLE, 10_000_000)?;
 
-    // It jumps and so has no gradient; and what jumps is slow. Texels as emitters of their own are exact: `evaluate` of core.
+    // It jumps and so has no gradient, and cubature of it is slow. Texels as emitters of their own are exact: `evaluate` of core.
     let texture = |y: DVec3| if ((y.x / TEXEL).floor() + (y.y / TEXEL).floor()).rem_euclid(2.0) == 0.0 { 3.0 } else { 1.0 };
     report("texture", &floor, &screen, texture, None, TEXEL, 3_000_000)?;
 

@@ -71,7 +71,7 @@ pub struct Enclosure {
     pub evaluations: u64,
     /// The arithmetic that was used.
     pub arithmetic: Arithmetic,
-    /// What rounding takes of the radii: of the radiosity's, and of the largest of the gradient's.
+    /// The part of the radii due to rounding: of the radiosity's, and of the largest of the gradient's.
     pub rounding: [f64; 2],
 }
 

@@ -92,14 +92,14 @@ pub struct Estimate {
 }
 
 /// Equivalent number of largest possible contributions below which a mean is not taken for normal. The coverage test measures
-/// what Student's limits are worth above it.
+/// the coverage of Student's limits above it.
 const FEWEST_HITS: f64 = 50.0;
 
 /// Units of rounding in one sample: its point, its weight and the integrand are some forty operations without cancellation.
 const ROUNDINGS_OF_A_SAMPLE: f64 = 64.0;
 
 /// Radiosity and gradient of `emitter` at `receiver` past opaque `occluders`, with limits at the given `confidence` each. Where an occluder
-/// crosses the emitter itself the gradient lacks what the line of that adds.
+/// crosses the emitter itself the gradient lacks the term of that line.
 ///
 /// ```
 /// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver};
@@ -191,7 +191,7 @@ struct Estimator<'a> {
     region: &'a Region,
 }
 
-/// What the samples gave: moments of value and gradient components, and mean magnitudes.
+/// Moments of the samples of value and gradient components, and mean magnitudes.
 #[derive(Default)]
 struct Tally {
     moments: [Moments; 4],

@@ -124,7 +124,7 @@ impl Region {
         self.position + (self.axes[0] * p + self.axes[1] * q - self.axes[2] * self.height) / self.unit
     }
 
-    /// The seen point at in-plane coordinates `(p, q)`, with what the corners carry.
+    /// The seen point at in-plane coordinates `(p, q)`, with height and emission interpolated from the corners.
     pub(crate) fn vertex(&self, p: f64, q: f64) -> Option<Vertex> {
         self.triangles.iter().find_map(|triangle| triangle.vertex(p, q))
     }

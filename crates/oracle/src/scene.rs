@@ -62,7 +62,7 @@ use sampling::LampTriangle;
 /// Weight below which a walk goes on with a probability.
 pub const LEAST_WEIGHT: f64 = 0.02;
 
-/// What the rest of a walk may be at most, in the mean, over what the whole may be.
+/// Allowed mean truncation of a walk over the bound on its sum.
 const REST: f64 = 1e-5;
 
 /// Reflectance and emitted radiosity that vary over a face, at a point of it.
@@ -185,7 +185,7 @@ pub struct Truth {
 /// Sums of products of reflectances along a walk.
 #[derive(Debug, Clone, Copy)]
 struct Series {
-    /// `S`, what the rule of survival may add included.
+    /// `S`, the part that the rule of survival may add included.
     reflected: f64,
     /// `T`, the same.
     whole: f64,

@@ -68,7 +68,7 @@ fn every_file_that_is_named_exists() {
     let mut checked = 0;
     for Document { name, text, .. } in DOCUMENTS {
         for file in text.lines().flat_map(quoted).filter(|file| file.ends_with(".rs") && file.contains('/')) {
-            // What each crate has.
+            // Each crate has a file of this name.
             let is_of_each = file == "tests/all/main.rs";
             assert!(is_of_each || located(file).is_some(), "{name}: there is no {file}");
             checked += 1;

@@ -1,4 +1,4 @@
-//! One version everywhere, and each published crate with what its page needs.
+//! One version everywhere, and each published crate with the metadata that its page needs.
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -156,7 +156,7 @@ fn extreme_scenes_are_refused_in_units_that_take_them_out_of_range_and_answered_
 fn second_derivatives_and_the_irradiance_vector_are_the_same_in_every_unit() {
     for (case, receiver, emitter, _) in cases() {
         let Emission::Constant(_) = emitter.emission() else { continue };
-        // A component of 1e-34 beside others of 1 is what their roundings leave, and those of sums of subnormal products differ.
+        // A component of 1e-34 beside others of 1 consists of their roundings, and those of sums of subnormal products differ.
         if case.to_string().starts_with("steep-normal") {
             continue;
         }

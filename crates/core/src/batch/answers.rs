@@ -139,7 +139,7 @@ pub(super) struct Slots<'a, F> {
 }
 
 impl<F> Slots<'_, F> {
-    /// Notes what lanes are about to answer.
+    /// Records the entries that lanes are about to answer.
     pub(super) fn on_lanes(&mut self) {
         self.method.fill(Method::ClosedForm);
     }

@@ -215,7 +215,7 @@ impl<'a> Branch<'a> {
     }
 }
 
-/// An emitter, what it is sorted by, and where its shape is.
+/// An emitter, its sort key, and the place of its shape.
 struct Rank {
     along: f64,
     index: usize,

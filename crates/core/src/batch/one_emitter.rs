@@ -41,7 +41,7 @@ enum Double {
     Linear(LinearLamp),
 }
 
-/// What answers receivers of a tile.
+/// The function that answers the receivers of a tile.
 type OnTile<F> = fn(&LinearLamp, Level, &Receivers<'_, F>, Goal, &mut Slots<'_, F>) -> Settled;
 
 /// The precision of a batch.

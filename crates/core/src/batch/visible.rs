@@ -32,8 +32,8 @@ pub(super) trait BoundarySums<S: Simd, F: Lane> {
     /// Value and gradient are their sums times this.
     const FACTOR: f64;
 
-    /// Adds the visible pieces of edges, one after the other; the slow operations are done for all of them side by side, and what
-    /// needs no angle while others wait for one.
+    /// Adds the visible pieces of edges, one after the other; the slow operations are done for all of them side by side, and terms
+    /// without an angle while others wait for one.
     #[inline(always)]
     fn add<const GRADIENT: bool, const N: usize>(&mut self, simd: S, n1: Vec3<Lanes<S, F>>, spans: &[Span<S, F>; N]) {
         let (mut across, mut inline) = ([constant(simd, 0.0); N], [constant(simd, 0.0); N]);

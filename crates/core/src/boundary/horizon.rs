@@ -17,7 +17,7 @@ use crate::problem::receiver::{Receiver, unit_normal};
 /// Those of a polygon with five vertices need no memory of their own.
 type Arcs<T> = SmallVec<[Arc<T>; 6]>;
 
-/// Calls `visit` with each arc of the boundary. Those past a horizon are found first, so that what finds them is compiled once.
+/// Calls `visit` with each arc of the boundary. Those past a horizon are computed first, so that their code is compiled once.
 #[inline]
 pub(crate) fn visit_boundary<T: Real>(receiver: &Receiver, polygon: &Polygon, plan: &Plan, visit: impl FnMut(&Arc<T>)) {
     match plan.horizon {

@@ -79,7 +79,7 @@ pub(crate) fn near_by<'a>(receiver: &Receiver, emitter: &Polygon, occluders: &[&
     occluders.iter().filter(may_hide).copied().collect()
 }
 
-/// Of the occluders those that may hide some of the emitter, or leave open what is hidden: no plane through the receiver surely has
+/// Of the occluders those that may hide some of the emitter, or whose shadow is uncertain: no plane through the receiver surely has
 /// the emitter on its other side. No rung needs to look at the others again.
 pub(crate) fn in_between<'a>(receiver: &Receiver, emitter: &Polygon, occluders: &[&'a Polygon], plan: &Plan) -> Vec<&'a Polygon> {
     let x = receiver.position();

@@ -33,7 +33,7 @@ use crate::forms::irradiance_and_gradient::IrradianceAndGradient;
 use crate::problem::polygon::{FourEdges, Polygon};
 use crate::problem::receiver::Receiver;
 
-/// The best instruction set of this machine. It stands where it is used: what is static in another crate is found through a table, at
+/// The best instruction set of this machine. It stands where it is used: a static of another crate is read through a table, at
 /// three instructions an answer.
 pub(crate) static INSTRUCTION_SET: LazyLock<Level> = LazyLock::new(Level::new);
 

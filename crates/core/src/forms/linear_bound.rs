@@ -65,7 +65,7 @@
 //! They err by [`DERIVATIVE_ERROR`] and, as the angles err by 4u of themselves, by less than `16u phi cot(phi - psi)`. Where that
 //! is much, next to the plane, and next to s = 0, the errors are taken apart.
 //!
-//! What remains apart are the roundings of phi and psi, 4u relative, and past a right angle 9u and `pi/2` times 5.5u
+//! The roundings of phi and psi remain apart, 4u relative, and past a right angle 9u and `pi/2` times 5.5u
 //! ([`PAST_ROUNDED`]).
 //!
 //! # Contour and edges
@@ -148,7 +148,7 @@ pub const CHI_TERM: f64 = 14.0;
 /// See [`CHI_TERM`].
 pub const PSI_TERM: f64 = 6.0;
 
-/// Relative errors that are small beside the rounding of doubles: of what is rounded to them.
+/// Relative errors that are small beside the rounding of doubles, of numbers that are rounded to doubles.
 const NEGLIGIBLE: f64 = ROUNDOFF / 2048.0;
 
 /// Largest relative error of the height with which anything is bounded.

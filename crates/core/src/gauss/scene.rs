@@ -65,7 +65,7 @@ impl<'a> Scene<'a> {
         }
     }
 
-    /// The integral with a bound on what a polygon that is not flat changes through `n1.r`.
+    /// The integral with a bound on the change of `n1.r` by a polygon that is not flat.
     ///
     /// Points of the polygon lie off its plane by at most the defect on either side, so `n1.r` is known to `delta`, twice the defect times
     /// `|n1.n2|`. Let A be the polygon's area, d its least distance, `I(A) = sup|B| int dA/r^4`.

@@ -2,8 +2,8 @@
 //!
 //! The closed form is evaluated with balls of ever more bits, until the radius is small enough (Ziv's strategy). It starts with
 //! 80 bits beyond the digits asked, which pays for a cancellation of 1e20, and gives up at [`SPARE_BITS`] beyond, or before where
-//! it would cost too much or more bits do not help. What cancels by symmetry is 0 within a bound that is below any rounding of what
-//! cancels; no number of bits would tell it from 0. Else a screen may be seen exactly in line with the emitter's edge, or the vertices of a linear emission not
+//! it would cost too much or more bits do not help. A sum that cancels by symmetry is 0 within a bound that is below any rounding of its
+//! terms; no number of bits would tell it from 0. Else a screen may be seen exactly in line with the emitter's edge, or the vertices of a linear emission not
 //! be exactly in one plane.
 
 use std::array::from_ref;
@@ -73,7 +73,7 @@ pub const MOST_DIGITS: u32 = 1000;
 const SPARE_BITS: usize = 8192;
 
 /// Radiosity and gradient at `receiver` due to the part of `emitter` that it sees past `occluders`, with a relative error of at
-/// most `10^-digits` (of the norm, for the gradient). What cancels by symmetry, as odd emission over an even emitter does, has no
+/// most `10^-digits` (of the norm, for the gradient). A sum that cancels by symmetry, as odd emission over an even emitter does, has no
 /// relative error: it is 0 with a bound below `2^-600` of the terms that cancel.
 ///
 /// The truth is the exact result for the doubles as given. A triangle takes about 0.2 ms for 20 or 50 digits and 0.25 ms for 100
@@ -148,8 +148,8 @@ impl Enclosed {
         })
     }
 
-    /// Whether with the bits of the computation it stays open what an occluder hides, in which plane an emission varies, or by which
-    /// affine function.
+    /// Whether the bits of the computation do not decide the part that an occluder hides, or the plane or the affine function of an
+    /// emission.
     pub(crate) fn is_coincidence(case: &Case<'_>) -> bool {
         let emitter = case.emitter;
         (emitter.polygon().half_slab() > 0.0 && !matches!(emitter.emission(), Emission::Constant(_)))
@@ -226,8 +226,8 @@ impl PreciseAnswer {
     }
 }
 
-/// The doubles nearest to the components of a number, vector or matrix in the unit, and a bound on the norm of their error. What
-/// may be 0 is 0 where doubles have no digits for it, where nothing is known of it, or where a coincidence is all that is left.
+/// The doubles nearest to the components of a number, vector or matrix in the unit, and a bound on the norm of their error. A
+/// number that may be 0 is 0 where doubles have no digits for it, where its bound is infinite, or where its sign hangs on a coincidence.
 pub(crate) fn to_doubles<const N: usize>(normalised: &[Enclosure; N], unit: CallerUnits) -> Result<([f64; N], f64), Error> {
     let scaled = normalised.each_ref().map(|c| c.times(unit.magnitude()));
     let rounded = scaled.each_ref().map(Enclosure::to_double);
@@ -261,7 +261,7 @@ mod tests {
     use crate::problem::polynomial::Polynomial;
     use radgrad_numbers::big::within;
 
-    /// Wherever a computation runs out of what it may cost, it ends, and says so.
+    /// Wherever a computation exceeds its effort, it ends, and says so.
     #[test]
     fn what_runs_out_anywhere_ends_and_is_dropped() {
         let mut random = ChaCha8Rng::seed_from_u64(5);

@@ -1,5 +1,5 @@
-//! The answer on the surface of an emitter whose vertices are not exactly in one plane ([`Plan::on_surface`]): it encloses what
-//! receivers get just in front of it and just behind. It also serves just in front, where no rung bounds as much: the forms of
+//! The answer on the surface of an emitter whose vertices are not exactly in one plane ([`Plan::on_surface`]): it encloses the
+//! radiosity of receivers just in front of it and just behind. It also serves just in front, where no rung bounds as much: the forms of
 //! emissions that are not constant take the height over the plane, of which then nothing is known.
 //!
 //! Behind all vertices B and its gradient are 0. Moved along n2 to where it is above all vertices, the receiver sees the emitter in
@@ -15,7 +15,7 @@
 //!   and no place counts more than n/2 times. So up to `n/2` times `2 t H/d`, or `t^2/4`, of the largest magnitude of the emission
 //!   may be missing on either side.
 //! - The gradient is `(rho/pi)` times the contour integral of `B (n1.omega)/r^2 ds`, over edges of the emitter and of occluders,
-//!   and what the slope G of the emission adds. Over an edge of length L at a distance of d the integral of `1/r^2` is at most
+//!   and the term of the slope G of the emission. Over an edge of length L at a distance of d the integral of `1/r^2` is at most
 //!   `min(L/d, pi)/d`. The slope adds `G int n1.omega domega` and `int (n1.omega) G dA/r^2`, at most `2 pi t G (1 + ln(R/d))` from
 //!   outside, R the distance of the farthest point. From inside that has no bound: just in front the gradient of a linear emission
 //!   grows like a logarithm of the height, as that of any emission does like one over the distance next to an edge.

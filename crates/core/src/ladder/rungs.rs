@@ -294,7 +294,7 @@ impl Case<'_> {
     }
 
     /// The closed form with a running bound, with as many bits as it takes, rounded to doubles; or a Gauss rule of any cost,
-    /// where the input leaves the closed form a wider bound; or what was found before, where more bits would take too long.
+    /// where the input leaves the closed form a wider bound; or the result with fewer bits, where more would take too long.
     #[cfg(feature = "arbitrary-precision")]
     #[cold]
     #[inline(never)]

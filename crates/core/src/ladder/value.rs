@@ -66,7 +66,7 @@ impl Case<'_> {
         }
     }
 
-    /// The value with as many bits as it takes, rounded to a double, or what was found before where that would take too long.
+    /// The value with as many bits as it takes, rounded to a double, or the value before where that would take too long.
     #[cfg(feature = "arbitrary-precision")]
     #[cold]
     #[inline(never)]

@@ -430,7 +430,7 @@ fn without_area(vertices: &[DVec3], offsets: &[Vec3<DoubleDouble>], precision: f
 }
 
 /// Puts the ends of an edge in order along the way from the vertex before to the one after it, where it is the shortest of two edges that
-/// meet and what is between them, and so short that rounding may have exchanged its ends, or made them one: whether it is.
+/// meet and the one between them, and so short that rounding may have exchanged its ends, or made them one: whether it is.
 fn unfold(vertices: &mut [DVec3], [first, second]: [usize; 2], precision: f64) -> bool {
     let count = vertices.len();
     let next = |i: usize| (i + 1) % count;
@@ -462,7 +462,7 @@ impl Defect {
     }
 }
 
-/// Heights of the vertices over the plane through vertex 0, normalised, and what they come from.
+/// Heights of the vertices over the plane through vertex 0, normalised, and the offsets and the normal that they are computed from.
 struct Heights<'a> {
     /// The vertices from the first.
     offsets: &'a [Vec3<DoubleDouble>],

@@ -189,7 +189,7 @@ fn an_emission_that_varies_has_them_past_occluders() {
     }
 }
 
-/// Each rung's bound against what 8448 bits give, in contact, far away and in the middle.
+/// Each rung's bound against the value of 8448 bits, in contact, far away and in the middle.
 #[test]
 fn bounds_of_an_emission_that_varies_hold_between_the_precisions() {
     for emitter in varying(triangle().polygon()) {

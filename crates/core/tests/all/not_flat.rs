@@ -1,4 +1,4 @@
-//! Emitters and occluders that are not flat: whatever surface spans their vertices, the answer encloses what it gives.
+//! Emitters and occluders that are not flat: whatever surface spans their vertices, the answer encloses its radiosity.
 
 use radgrad_core::{Answer, DVec3, Emission, Emitter, Polygon, Receiver, evaluate, evaluate_digits};
 use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};

@@ -1,4 +1,4 @@
-//! What makes a problem: polygons, emissions and receivers, and which of them are refused.
+//! Polygons, emissions and receivers: which exist, and which are refused.
 
 use radgrad_core::{DVec3, Emission, Emitter, Error, Polygon, Polynomial, Receiver};
 use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};

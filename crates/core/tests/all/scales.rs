@@ -1,4 +1,4 @@
-//! Occluders from 1e-300 to 1e300 of the emitter's distance: each answer holds what an occluder of ordinary size gives that hides the
+//! Occluders from 1e-300 to 1e300 of the emitter's distance: each answer encloses that of an occluder of ordinary size that hides the
 //! same, or the case is refused.
 
 use radgrad_core::{Answer, DVec3, Emission, Emitter, Error, Polygon, Receiver, evaluate, evaluate_digits};
@@ -53,7 +53,7 @@ fn answer(receiver: &Receiver, lamp: &Emitter, occluder: &[DVec3], scale: f64) -
     Ok(Answer { gradient: scaled_answer.gradient * scale, gradient_error: scaled_answer.gradient_error * scale, ..scaled_answer })
 }
 
-/// Whether an error says what is out of range.
+/// Whether an error names the quantity that is out of range.
 fn names_the_range(error: &Error) -> bool {
     matches!(error, Error::Overflow { .. } | Error::Underflow { .. } | Error::Scales { .. })
 }
@@ -126,7 +126,7 @@ fn what_is_near_the_receiver_hides_as_its_image_before_the_emitter() {
     assert!(answered * 100 > 99 * count, "{answered} of {count}");
 }
 
-/// Coordinates of every size in one scene: whatever comes, it ends, and what is stated holds the digits of many bits.
+/// Coordinates of every size in one scene: each evaluation ends, and the bounds enclose the value of many bits.
 #[test]
 fn coordinates_of_all_sizes_end_in_an_answer_or_a_refusal() {
     let mut random = Random(ChaCha8Rng::seed_from_u64(3));

@@ -182,7 +182,7 @@ mod tests {
         let Outcome::Found(refined) = cancelling(6_000_000, 1e-3) else { panic!() };
         assert!(!refined.is_enough && refined.bits == 256, "{}", refined.bits);
         assert!(matches!(cancelling(1_000_000, 1e-3), Outcome::TooDear));
-        // Nothing is left over for what comes after.
+        // No effort remains for a later computation.
         let Outcome::Found(refined) = cancelling(EFFORT, 1e-3) else { panic!() };
         assert!(refined.is_enough);
     }

@@ -30,7 +30,7 @@ pub(crate) struct Shape {
     /// `n1.r` is `heights[0] + t heights[3] + s (heights[1] + t heights[2])`.
     pub(crate) heights: [f64; 4],
     pub(crate) emission: EmissionSize,
-    /// Tolerances that value and gradient must keep, as the factors `1 / tolerance`, times what multiplies the integral.
+    /// Tolerances that value and gradient must keep, as the factors `1 / tolerance`, times the factor of the integral.
     pub(crate) weights: Weights,
 }
 
@@ -137,7 +137,7 @@ pub(crate) struct Order {
     pub(crate) count: usize,
     /// The bound with that many, in units of the tolerance.
     pub(crate) error: f64,
-    /// Logarithm of the ellipse's R: what each further node gains twice.
+    /// Logarithm of the ellipse's R: each further node divides the error by `R^2`.
     gain: f64,
 }
 

@@ -12,7 +12,7 @@ use astro_float::{BigFloat, Sign, WORD_BIT_SIZE, Word};
 /// A dyadic rational: `+-M 2^(64 place)`, M the integer of the limbs, of which neither the first nor the last is 0.
 #[derive(Debug, Clone)]
 pub(crate) struct Exact {
-    /// What is not a number stays so, whatever is done with it.
+    /// False for NaN; every operation on NaN gives NaN.
     is_number: bool,
     negative: bool,
     place: i32,
@@ -107,7 +107,7 @@ impl Exact {
         Self { is_number: true, negative: false, place: 0, limbs: Limbs::Few([0; FEW], 0) }
     }
 
-    /// What is not a number.
+    /// NaN.
     pub(crate) const fn nan() -> Self {
         Self { is_number: false, negative: false, place: 0, limbs: Limbs::Few([0; FEW], 0) }
     }
@@ -136,7 +136,7 @@ impl Exact {
         Self::trimmed(negative, place, shifted)
     }
 
-    /// The value of an arbitrary-precision number; what is infinite is no number here.
+    /// The value of an arbitrary-precision number; NaN for an infinity.
     pub(crate) fn of_big(value: &BigFloat) -> Self {
         if value.is_zero() {
             return Self::zero();
@@ -167,7 +167,7 @@ impl Exact {
         BigFloat::from_words(&words, if self.negative { Sign::Neg } else { Sign::Pos }, self.exponent())
     }
 
-    /// Sign, limbs with the lowest first, and the power of two at the lowest bit; none for what is not a number.
+    /// Sign, limbs with the lowest first, and the power of two at the lowest bit; `None` for NaN.
     pub(crate) fn parts(&self) -> Option<(bool, &[u64], i32)> {
         self.is_number.then(|| (self.negative, self.limbs.get(), 64 * self.place))
     }

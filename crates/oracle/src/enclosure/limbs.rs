@@ -1,8 +1,8 @@
 //! Numbers of a fixed number of limbs, 192 to 512 bits, kept where they stand: no operation allocates.
 //!
-//! A number is `+-M 2^(exponent - 64 N)` with an integer M of 64 N bits whose first one is set, or 0. Operations cut what is below
+//! A number is `+-M 2^(exponent - 64 N)` with an integer M of 64 N bits whose first one is set, or 0. Operations cut the digits below
 //! the last place, after a guard limb where they subtract; so sums and products err by less than two units in the last place of
-//! the result. A quotient comes with what is left of its last step of Newton's, which bounds its error.
+//! the result. A quotient comes with the residual of its last step of Newton's, which bounds its error.
 
 use crate::enclosure::arithmetic::Real;
 use crate::enclosure::double_double::two_product;
@@ -37,7 +37,7 @@ impl<const N: usize> Limbs<N> {
     #[allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, reason = "eight limbs at most")]
     const BITS: i32 = 64 * N as i32;
 
-    /// What an operation errs by at most, relative to its result: two units in the last place.
+    /// Bound on the error of an operation relative to its result: two units in the last place.
     const RELATIVE: f64 = f64::from_bits(((1023 + 2 - Self::BITS) as u64) << 52);
 
     #[inline]
@@ -79,7 +79,7 @@ impl<const N: usize> Limbs<N> {
         Self { negative, exponent, limbs }
     }
 
-    /// The limbs and a guard below them, so many places down; what leaves the guard is cut.
+    /// The limbs and a guard below them, so many places down; digits below the guard are cut.
     #[inline]
     fn shifted_down(&self, places: u32) -> ([u64; N], u64) {
         let (whole, bits) = ((places / 64) as usize, places % 64);
@@ -146,7 +146,7 @@ impl<const N: usize> Limbs<N> {
         Self::normalised(large.negative, large.exponent, limbs, low)
     }
 
-    /// What lies below the guard is left out: less than N units of the guard.
+    /// Products below the guard are left out: less than N units of the guard.
     #[inline]
     fn product(&self, other: &Self) -> Self {
         if self.is_zero() || other.is_zero() {
@@ -249,7 +249,7 @@ where
 /// `2^-53`.
 const UNIT: f64 = 1.0 / (1u64 << 53) as f64;
 
-/// Bits that are right of a reciprocal made of two doubles: for the cost only, what is right is computed.
+/// Correct bits of a reciprocal made of two doubles. It chooses the number of steps only: the error is computed.
 const ROUGH: i32 = 99;
 
 /// The lower half.
@@ -310,7 +310,7 @@ where
     #[inline]
     fn add(&self, other: &Self) -> (Self, f64) {
         let sum = self.sum(other);
-        // Where all cancels what was cut is below the guard of the larger operand.
+        // Where all digits cancel, the cut ones are below the guard of the larger operand.
         let bound = if sum.is_zero() { 0.0 } else { sum.two_units() };
         (sum, bound)
     }
@@ -429,7 +429,7 @@ mod tests {
         let (quotient, bound) = x.divide(&y);
         let residual = (&(&quotient.to_exact() * &q) - &p).magnitude();
         prop_assert!(residual <= bound * y.leading().abs() * (1.0 + 1e-12), "{residual:e} {bound:e}");
-        // What the rules of Gauss and Legendre count on.
+        // The rules of Gauss and Legendre rely on this bound.
         prop_assert!(bound <= 22.0 * quotient.leading().abs() * power_of_two(-Limbs::<N>::BITS), "{bound:e}");
         let positive = Limbs { negative: false, ..x };
         let root = positive.approximate_root();

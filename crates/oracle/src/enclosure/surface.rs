@@ -277,7 +277,7 @@ fn apex(frame: &Frame, triangle: &Triangle, outline: &[Stretch]) -> (Point, [Opt
 }
 
 /// A point of the triangle's plane next to `target`, exact: `r_0 + l e1 + m e2` with doubles l, m. The longest edge is e2: the
-/// error of l then moves the point along the shortest way, and m makes good for what it does along e2.
+/// error of l then moves the point along the shortest way, and m corrects its part along e2.
 fn interior(frame: &Frame, triangle: &Triangle, target: [f64; 3]) -> Point {
     let near = triangle.corners.map(|i| [0, 1, 2].map(|axis| frame.vertices[i][axis].leading()));
     let length = |m: usize| {

@@ -3,7 +3,7 @@
 //! A polygon with more than three vertices is planar only up to the rounding of its vertices; the integral is over these triangles,
 //! each in its own exact plane. Decisions are made on the projection along the largest component of the normal, with the predicate
 //! of Shewchuk (Discrete Comput. Geom. 18, 1997), so they are those of exact arithmetic. A vertex is left out only if it is on the line of its
-//! neighbours in space: one that is off it along the projection alone bounds what is seen from elsewhere.
+//! neighbours in space: one that is off it along the projection alone is on the outline seen from elsewhere.
 
 use radgrad_core::Polygon;
 use robust::{Coord, orient2d};

@@ -138,7 +138,7 @@ fn borders(frame: &Frame, sides: &[Bound], planes: &Planes, generators: &[Genera
     along.flat_map(|sides| net(frame, sides, &planes[sides[0].from.plane], &generators[sides[0].from.plane])).collect()
 }
 
-/// An end of a side, what it adds to the count there, and the side's triangle.
+/// An end of a side, its term of the count there, and the side's triangle.
 type End<'a> = (&'a Rc<Direction>, i32, usize);
 
 /// The borders on one line: at each end of a side the count of pieces to the left of `+normal` less those to the right changes.

@@ -9,8 +9,8 @@
 //! there, however close the receiver is to the plane, however narrow or far the emitter; only occluders in front of them are to be
 //! looked for. An edge of an occluder counts where it is seen against the emitter on either side, nothing hides the emitter just
 //! left of it, and its own polygon hides it just right of it. Polygons that share an edge as seen from `x` (the faces of a box)
-//! would both count it: the first in the list does. Not sampled is the line in which an occluder crosses the emitter itself: it ends
-//! what is seen and is an edge of neither, so that gradients there are off by its part, and values are not.
+//! would both count it: the first in the list does. Not sampled is the line in which an occluder crosses the emitter itself: it bounds
+//! the visible part and is an edge of neither, so that gradients there lack its term, and values do not.
 
 use glam::DVec3;
 
@@ -21,7 +21,7 @@ use crate::monte_carlo::visibility::{Occluders, SeenPolygon};
 use crate::region::plane::{Edge, Vertex};
 use crate::region::{FrameVector, Region};
 
-/// How far beside an edge it is decided what occluders hide there: this share of the edge's length or of its distance, whichever
+/// Distance beside an edge at which visibility is decided: this share of the edge's length or of its distance, whichever
 /// is less,
 const BESIDE: f64 = 1e-8;
 

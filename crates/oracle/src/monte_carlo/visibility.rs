@@ -27,7 +27,7 @@ pub(crate) struct SeenPolygon {
 }
 
 impl Occluders {
-    /// `scale` is what lengths are multiplied by.
+    /// Lengths are multiplied by `scale`.
     pub(crate) fn new(position: DVec3, scale: f64, polygons: &[Polygon]) -> Self {
         Self { polygons: polygons.iter().map(|polygon| SeenPolygon::new(position, scale, polygon)).collect() }
     }

@@ -128,7 +128,7 @@ mod tests {
         let deviation = |seed: u64| (scene.form_factors(0, error, seed, 0.9).unwrap()[1].value - expected).abs();
         let beyond = (0..200).filter(|&seed| deviation(seed) > error).count();
         assert!(beyond <= 20, "{beyond}");
-        // The limits are narrower than what was asked for, and hold as often.
+        // The limits are narrower than requested, and hold as often.
         let within = (0..200).filter(|&seed| {
             let interval = scene.form_factors(0, error, seed, 0.9).unwrap()[1].interval;
             assert!(interval.width() <= 2.0 * error);

@@ -11,7 +11,7 @@ use super::{Effort, Kind, Known, LEAST_WEIGHT, Point, Scene, Truth};
 use crate::Error;
 use crate::confidence::{ConfidenceInterval, Moments, check_confidence};
 
-/// Walks of the pilot, which says what a walk costs and enters nothing else.
+/// Walks of the pilot, which measures the cost of a walk and enters nothing else.
 const PILOT: usize = 64;
 
 /// Fewest walks: fewer say nothing.
@@ -34,7 +34,7 @@ impl Scene {
     /// ```
     /// use radgrad_core::{DVec3, Polygon};
     /// use radgrad_oracle::scene::{Effort, Face, Point, Scene};
-    /// // A closed tetrahedron of which every face emits what it does not reflect: the radiosity is 1 everywhere.
+    /// // A closed tetrahedron of which every face has `E = 1 - rho`: the radiosity is 1 everywhere.
     /// let [a, b, c, d] = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
     /// let faces = [([a, b, c], 0.5), ([a, c, d], 0.8), ([a, d, b], 0.2), ([b, d, c], 0.7)].map(|(corners, reflectance)| Face {
     ///     polygon: Polygon::new(corners.to_vec()).unwrap(),
@@ -307,7 +307,7 @@ impl Scene {
         (sum, rays)
     }
 
-    /// Direct irradiance at a point by one point of one lamp: a triangle in proportion to what it could give, `E Omega / pi`, and
+    /// Direct irradiance at a point by one point of one lamp: a triangle in proportion to its free irradiance, `E Omega / pi`, and
     /// a point of it by solid angle.
     fn look(&self, face: usize, at: DVec3, generator: &mut ChaCha8Rng) -> f64 {
         let normal = self.faces[face].polygon.normal();

@@ -1,4 +1,4 @@
-//! Enclosures against values from elsewhere, against themselves, and against what must hold exactly.
+//! Enclosures against values from elsewhere, against themselves, and against exact identities.
 
 use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver};
 use radgrad_oracle::{Arithmetic, Enclosure, Error, Interval, Polynomial, Request, Source, enclose, enclose_source};

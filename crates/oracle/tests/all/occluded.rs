@@ -1,5 +1,5 @@
 //! Enclosures past occluders: against free sight where the seen part is a polygon, against themselves by differences, against
-//! rays, and what must hold of any of them.
+//! rays, and identities that hold for all.
 
 use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver};
 use radgrad_oracle::monte_carlo::{Sampling, Sequence, integrate};

@@ -1,4 +1,4 @@
-//! What core states past occluders of any size, and past walls on the receiver's floor, against enclosures.
+//! Answers and bounds of core with occluders of any size, and with walls on the receiver's floor, against enclosures.
 
 use radgrad_core::{Answer, DVec3, Emission, Emitter, Polygon, Receiver, evaluate, evaluate_digits};
 use radgrad_oracle::{Enclosure, enclose, enclose_past};

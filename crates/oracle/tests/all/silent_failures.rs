@@ -48,7 +48,7 @@ fn vector(words: &mut Split<'_, char>) -> DVec3 {
     DVec3::from_array([(); 3].map(|()| number(words)))
 }
 
-/// What one run over all cases gave.
+/// Counts of one run over all cases.
 #[derive(Debug, Default, PartialEq)]
 struct Tally {
     converged: usize,

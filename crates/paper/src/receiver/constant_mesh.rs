@@ -7,7 +7,7 @@
 //!
 //! At its maximum the gradient is zero, and on both flanks of a peak it is nearly so: a centroid there says nothing. With the
 //! maximum first, the receiver is cut at the brightest place of the first emitter that lights it, and an element that has the
-//! brightest place of any emitter is off by what it lacks of the value there, too.
+//! brightest place of any emitter has at least the difference from the value there as its error.
 
 use std::collections::BTreeSet;
 
@@ -33,7 +33,7 @@ pub struct ConstantElement {
     pub corners: Vec<DVec3>,
     /// The sample at the centroid.
     pub sample: Sample,
-    /// What the radiosity is off the sample's, by the criterion; infinite if a side is longer than allowed.
+    /// Estimated error of the sample's radiosity over the element, by the criterion; infinite if a side is longer than allowed.
     pub off: f64,
     /// The side whose half is next, if any is: from this corner to the next one.
     side: usize,
@@ -67,7 +67,7 @@ impl ConstantMesh {
         &self.elements
     }
 
-    /// What an element is off at most, by the criterion; above what was allowed only if the number of elements ran out.
+    /// The largest estimated error of an element, by the criterion; above the allowed one only if the number of elements ran out.
     #[must_use]
     pub fn worst(&self) -> f64 {
         self.elements.iter().map(|e| e.off).fold(0.0, largest)

@@ -12,13 +12,13 @@
 use radgrad_core::DVec3;
 use radgrad_scene::largest;
 
-/// What a function with this gradient changes by along each of two widths of an element, to first order.
+/// The change of a function with this gradient along each of two widths of an element, to first order.
 ///
 /// ```
 /// use radgrad_core::DVec3;
 /// use radgrad_paper::receiver::variation;
 /// let along = variation(DVec3::new(3.0, -1.0, 9.0), [DVec3::X, 2.0 * DVec3::Y]);
-/// assert_eq!(along, [3.0, 2.0], "divide the first width; what is along the normal is not seen");
+/// assert_eq!(along, [3.0, 2.0], "divide the first width; the part along the normal does not count");
 /// ```
 #[must_use]
 pub fn variation(gradient: DVec3, widths: [DVec3; 2]) -> [f64; 2] {

@@ -66,7 +66,7 @@ impl LinearMesh {
         &self.triangles
     }
 
-    /// What an edge is off at most, by the criterion; above what was allowed only if the number of elements ran out, and infinite
+    /// The largest estimated error along an edge, by the criterion; above the allowed one only if the number of elements ran out, and infinite
     /// if that left one longer than allowed.
     #[must_use]
     pub const fn worst(&self) -> f64 {
@@ -255,7 +255,7 @@ impl<'a> Building<'a> {
         Ok(())
     }
 
-    /// Flips edges, and those around what was flipped, until every triangle's circle is empty of its neighbours.
+    /// Flips edges, and those around flipped ones, until every triangle's circle is empty of its neighbours.
     fn flip(&mut self, mut suspects: Vec<Ends>) {
         while let Some(edge) = suspects.pop() {
             let Some([one, other]) = self.edges.get(&edge).and_then(|e| <[usize; 2]>::try_from(&e.triangles[..]).ok()) else {

@@ -65,7 +65,7 @@ use crate::batch::linear::{Glowing, LinearSums, Wide};
 use crate::batch::visible::SeenExtent;
 
 /// Units of the value for each edge that no angle multiplies: half of C's 8.3 and of X1's 143, 3 and 22, and the last products; those,
-/// half of X1's 132, that fall with the height; and of both what each edge adds for the sum of `n + 5`.
+/// half of X1's 132, that fall with the height; and of both the term of each edge for the sum of `n + 5`.
 const EDGE_UNITS: f64 = 0.5 * (8.3 + 143.0 + 3.0 + 22.0) + 3.0 + 5.0 * UNITS_OF_SUM;
 const EDGE_UNITS_OF_HEIGHT: f64 = 66.0 + 5.0 * UNITS_OF_SUM_OF_HEIGHT;
 const UNITS_OF_SUM: f64 = 0.6;

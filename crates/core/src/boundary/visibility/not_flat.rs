@@ -1,4 +1,4 @@
-//! What stays open because an emitter or an occluder is not flat.
+//! Bounds on the uncertainty of a shadow where an emitter or an occluder is not flat.
 //!
 //! Four vertices are in one plane up to rounding only, and no surface through them is the one that was meant. Far from each other
 //! two polygons hide the same whatever surface is chosen. Where an occluder meets the emitter's plane, the choice decides which
@@ -19,7 +19,7 @@
 //!    R. So two choices of surfaces differ in rays alone whose point q on the plane of Q is within s of E's plane: rays to D.
 //! 2. The ray to p meets the plane of Q at `q = t p`, `t = K/(M.p)`, at the height `h (1 - t)`. It is within s if
 //!    `K/(1 + s/h) <= M.p <= K/(1 - s/h)`: two half-spaces. Together with the sides of Q's cone they cut D out of P. Each is
-//!    moved outward by twice what rounding, and vertices that Q's outline leaves outside, may move it.
+//!    moved outward by twice its displacement by rounding and by vertices that Q's outline leaves outside.
 //! 3. The irradiance through D is at most `max|B| A/r^2`.
 //! 4. With D fixed on the emitter the kernel `(n1.w)(n2.w)/p^2` has a gradient of at most `6/p^3`. The boundary of D that belongs
 //!    to Q lies off E's plane by at most s, so along the ray by at most `s |p|/h`, and moves with x as if it were in the plane but
@@ -49,7 +49,7 @@ use crate::boundary::visibility::part::{Sides, VisiblePart, nearness};
 use crate::problem::polygon::Polygon;
 use crate::problem::receiver::Receiver;
 
-/// An occluder of which it is open what it hides.
+/// An occluder whose shadow is uncertain.
 pub(super) struct Doubt {
     /// From the receiver, normalised.
     vertices: Vec<DVec3>,
@@ -63,7 +63,7 @@ pub(super) struct Doubt {
     is_edge_on: bool,
 }
 
-/// A region of the emitter in which it is open what is seen.
+/// A region of the emitter whose visibility is uncertain.
 struct Region {
     area: f64,
     perimeter: f64,
@@ -136,7 +136,7 @@ impl Doubt {
         self.is_edge_on
     }
 
-    /// Whether all of it is surely in front of every surface of the emitter, or behind, but for what the two outlines share.
+    /// Whether all of it is surely in front of every surface of the emitter, or behind, but for vertices and edges that the two outlines share.
     fn is_sure(&self, emitter: &Polygon, part: &[DVec3], plan: &Plan) -> bool {
         if self.is_edge_on {
             return false;
@@ -239,7 +239,7 @@ impl Doubt {
         })
     }
 
-    /// Half-spaces `N.p >= offset`, each with what N.p may be off by at distances up to `reach`, that hold the rays through D.
+    /// Half-spaces `N.p >= offset`, each with the error of N.p at distances up to `reach`, that hold the rays through D.
     fn half_spaces(&self, reach: f64, height: f64) -> Vec<(DVec3, f64, f64)> {
         let farthest = self.vertices.iter().map(|v| length(*v)).fold(0.0, largest);
         // The sides are those of a cone, whatever its size.
@@ -276,7 +276,7 @@ fn cut(region: &[Bordered], height: impl Fn(DVec3) -> f64) -> Vec<Bordered> {
     for (i, &(start, near)) in region.iter().enumerate() {
         let j = (i + 1) % region.len();
         let between = || start + (region[j].0 - start) * (heights[i] / (heights[i] - heights[j]));
-        // What is not a number is kept.
+        // A NaN height counts as inside.
         match (heights[i] < 0.0, heights[j] < 0.0) {
             (false, false) => clipped.push((start, near)),
             (false, true) => clipped.extend([(start, near), (between(), 0.0)]),
@@ -311,7 +311,7 @@ fn length(v: DVec3) -> f64 {
     Vec3::from(v).length()
 }
 
-/// The larger of two lengths; what is not a number stays so.
+/// The larger of two lengths; NaN if either is.
 fn largest(a: f64, b: f64) -> f64 {
     if b > a || b.is_nan() { b } else { a }
 }

@@ -26,7 +26,7 @@ pub(super) struct Screen<'a> {
     receiver_side: Side,
     /// A circular cone and rays around it, in doubles.
     pub(super) cone: BoundingCone,
-    /// What it leaves open, if anything.
+    /// The uncertain part of its shadow, if any.
     pub(super) doubt: Option<Doubt>,
 }
 
@@ -60,7 +60,7 @@ impl<'a> Screen<'a> {
         (screen.casts_shadow() || screen.doubt.is_some()).then_some(screen)
     }
 
-    /// Whether it hides anything, with the planes of the two polygons for what they are.
+    /// Whether it hides anything, taking the two polygons for flat.
     pub(super) fn casts_shadow(&self) -> bool {
         self.sides.contains(&Side::Front)
     }
@@ -127,7 +127,7 @@ impl<T: Real> Shadow<T> {
     }
 }
 
-/// The line in which the occluder meets the emitter's plane, from where it sinks below to where it rises, so that what is before that
+/// The line in which the occluder meets the emitter's plane, from where it sinks below to where it rises, so that its part before that
 /// plane is on its left as the receiver sees it. Where the occluder only just dips below the plane the two points hardly tell which
 /// way that is; of two planes the normals do, with that of the occluder turned to the receiver.
 fn waterline<T: Real>([sink, rise]: [Vec3<T>; 2], seen: Side, emitter: &Polygon, occluder: &Polygon) -> Line<T> {

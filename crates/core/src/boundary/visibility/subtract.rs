@@ -173,7 +173,7 @@ impl<'a, T: Real> Subtraction<'a, T> {
 /// Where a corner is relative to a side that cuts.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Place {
-    /// Height on the side that is kept, or what is held for it.
+    /// Height over the side, positive on the part that remains; a value within its bound where it is uncertain.
     pub(super) depth: f64,
     pub(super) is_exactly_on_it: bool,
     pub(super) is_doubtful: bool,

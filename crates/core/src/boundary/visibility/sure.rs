@@ -1,4 +1,4 @@
-//! The visible boundary in doubles, where double precision is sure of every decision: most cases, for a small part of what it takes
+//! The visible boundary in doubles, where double precision is sure of every decision: most cases, for a small part of the cost
 //! with a bound on every number.
 //!
 //! The visible part is bounded by pieces of the emitter's sides that are in no shadow, and by pieces of the shadows' sides, turned
@@ -29,7 +29,7 @@
 //! An outline of which every side has all other corners surely inside is convex, and all surfaces through its vertices within their
 //! hull are seen within it: whether the vertices are in one plane does not matter.
 //!
-//! What is decided holds for any scalar: [`arcs`] takes the sides from the edges that they are of, and corners from vertices or from
+//! The decisions hold for any scalar: [`arcs`] takes the sides from the edges that they are of, and corners from vertices or from
 //! the two sides that cross there, in the scalar that is asked for.
 
 use std::cell::OnceCell;
@@ -53,7 +53,7 @@ use crate::problem::polygon::Polygon;
 use crate::problem::receiver::{Receiver, unit_normal};
 use crate::problem::triangulate::convex_parts;
 
-/// An arc, with what its ends and its plane are off by.
+/// An arc, with the errors of its ends and of its plane.
 pub(crate) struct SureArc {
     /// With every line taken for an occluder's: its ends are directions, not points of the line.
     pub(crate) arc: Arc<f64>,
@@ -149,7 +149,7 @@ struct Unsure;
 pub(crate) enum Hidden {
     /// Surely not at all.
     Nothing,
-    /// In part or wholly: the arcs of what is left were visited.
+    /// In part or wholly: the arcs of the visible part were visited.
     Something,
     /// Double precision is not sure.
     Unsure,
@@ -234,7 +234,7 @@ impl<'a> Visible<'a> {
         Ok(Cone { sides: first..first + count, around: if is_one_of_many { around() } else { None } })
     }
 
-    /// What of the emitter's cone is above the horizon, if anything.
+    /// The part of the emitter's cone above the horizon, if any.
     fn above_horizon(&mut self, whole: Cone, emitter: &Polygon) -> Result<Option<Cone>, Unsure> {
         let normal = -unit_normal::<f64>(self.receiver);
         let horizon = self.sides.len();
@@ -291,7 +291,7 @@ impl<'a> Visible<'a> {
         self.rays[end.ray].vertex.or_else(shared)
     }
 
-    /// What of a piece is in a cone, and the side of that which it is along, if any.
+    /// The part of a piece in a cone, and the side of the cone along which it runs, if any.
     fn within(&mut self, piece: Piece, cone: &Cone) -> Result<Option<(Piece, Option<usize>)>, Unsure> {
         let is_beyond = |side: &SureSide, end: End| side.is_beyond(&self.rays[end.ray]);
         if self.sides[cone.sides.clone()].iter().any(|side| is_beyond(side, piece.from) && is_beyond(side, piece.to)) {
@@ -311,7 +311,7 @@ impl<'a> Visible<'a> {
         Ok(Some((piece, along)))
     }
 
-    /// Adds what a shadow leaves of a piece; it depends on whether the two run the same way whether a piece along its side is dark.
+    /// Adds the part of a piece outside a shadow. A piece along the shadow's side is dark or lit by whether the two run the same way.
     fn subtract(
         &mut self,
         piece: Piece,
@@ -398,7 +398,7 @@ impl<'a> Visible<'a> {
         Ray { sighted, spread: if spread <= MOST_SPREAD { spread } else { f64::NAN }, slip, vertex: None }
     }
 
-    /// What bounds the visible part; nothing where all is lit that is above the horizon.
+    /// The boundary of the visible part; `None` where all above the horizon is lit.
     fn new(receiver: &'a Receiver, emitter: &Polygon, occluders: &[&Polygon], plan: &'a Plan) -> Result<Option<Self>, Unsure> {
         let (many, most) = (occluders.len() > 1, 4 * (occluders.len() + 2));
         let (rays, sides) = (Vec::with_capacity(2 * most), Vec::with_capacity(most));

@@ -100,12 +100,12 @@ fn exchange<T: Real>(own: &Generator<T>, cut: &Generator<T>, near: RadiusOf<T>) 
     (bound(own_weight - cut_weight * facing) + bound(own.toward - cut.toward) * bound(cut_weight)) * 1.01 + moved
 }
 
-/// The larger of two; what is not a number stays so.
+/// The larger of two; NaN if either is.
 fn larger<R: Radius>(a: R, b: R) -> R {
     if a >= b || a.partial_cmp(&a).is_none() { a } else { b }
 }
 
-/// Whether the sign is not known, as of what is no number. An exact zero is no doubt: a corner on the horizon.
+/// Whether the sign is not known, as of NaN. An exact zero is no doubt: a corner on the horizon.
 pub(super) fn is_doubtful<T: Real>(depth: T) -> bool {
     let is_sure = depth.size() > depth.error() || is_exactly_0(depth);
     !is_sure

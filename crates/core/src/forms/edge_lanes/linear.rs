@@ -127,7 +127,7 @@ pub(crate) fn bounded_where_sure(
     })
 }
 
-/// What the bounds of cut emitters are found to be about, over the emission; below it over the tolerance the attempt would be in vain.
+/// Measured size of the bounds of cut emitters over the emission: no bound meets a tolerance that allows less.
 const FAINT: f64 = 120.0 * ROUNDOFF;
 
 /// A guess at the light that the horizon leaves, over the emission: the cosine at the highest vertex, times the solid angle of a
