@@ -46,9 +46,9 @@ pub unsafe extern "C" fn radgrad_evaluate(
     guarded(|| {
         let receiver = Receiver::new(position, normal, reflectance);
         match receiver.and_then(|receiver| radgrad_core::evaluate_to(&receiver, emitter, [], tolerance)) {
-            Ok(found) => {
-                let gradient = found.gradient.to_array();
-                let radgrad_core::Answer { radiosity, radiosity_error, gradient_error, .. } = found;
+            Ok(computed) => {
+                let gradient = computed.gradient.to_array();
+                let radgrad_core::Answer { radiosity, radiosity_error, gradient_error, .. } = computed;
                 // SAFETY: the caller says that it can be written.
                 unsafe { *answer = Answer { radiosity, radiosity_error, gradient, gradient_error } };
                 Status::RADGRAD_OK
@@ -94,7 +94,7 @@ impl<F: Precision + Copy> Columns<F> {
 
     /// Answers the first so many.
     fn answer(&mut self, count: usize, emitter: &ReadyEmitter<F>, engine: Engine, tolerance: f64) -> Result<(), Error> {
-        let [position, normal] = [&self.position, &self.normal].map(|of| of.each_ref().map(|column| &column[..count]));
+        let [position, normal] = [&self.position, &self.normal].map(|columns| columns.each_ref().map(|column| &column[..count]));
         let receivers = Receivers::new(position, normal, &self.reflectance[..count])?;
         engine.evaluate_ready(&receivers, emitter, tolerance, &mut self.answers)
     }

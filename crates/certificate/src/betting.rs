@@ -128,9 +128,9 @@ mod tests {
     use rand::{RngExt, SeedableRng};
 
     fn limits(values: &[f64], delta: f64) -> [f64; 2] {
-        let (pilot, rest) = values.split_at(100);
+        let (pilot, others) = values.split_at(100);
         let mut bets = Bets::new(delta, Moments::new(pilot.iter().copied()));
-        bets.extend(rest.iter().copied(), rest.len() as f64);
+        bets.extend(others.iter().copied(), others.len() as f64);
         [bets.lower(), bets.upper()]
     }
 

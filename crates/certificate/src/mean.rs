@@ -52,7 +52,7 @@ pub fn certify(scene: &Scene, request: &Request) -> Result<Certificate, Error> {
         sums.iter().map(|sum| if *sum == 0.0 { 0.0 } else { sum * each }).collect()
     };
     Ok(Certificate {
-        mean: reflected.iter().zip(&model.emitted).map(|(of, emitted)| of.map(|value| value + emitted)).collect(),
+        mean: reflected.iter().zip(&model.emitted).map(|(interval, emitted)| interval.map(|value| value + emitted)).collect(),
         reflected,
         surfaces: outcome.surfaces.chunks(model.channels).enumerate().map(means).collect(),
         delta: request.delta,

@@ -126,13 +126,13 @@ impl<'a> Light<'a> {
         };
         let point = self.prepared.placement.inward(place.position);
         if let Some(face) = place.face {
-            let Some(known) = model.faces.get(face) else {
+            let Some(own) = model.faces.get(face) else {
                 return Err(refused(format!("there is no face {face}, they are numbered from 0 to {}", model.faces.len() - 1)));
             };
             let (outline, (low, high)) = (model.outline(face), self.prepared.scene.bounds().unwrap_or_default());
-            let (height, reach) = (known.normal.dot(point - outline[0]).abs(), NEAR * (high - low).length());
-            let is_on = height <= reach && (contains(outline, known.normal, point) || is_beside(outline, point, reach));
-            if !is_on || known.normal.dot(normal) <= 0.0 {
+            let (height, reach) = (own.normal.dot(point - outline[0]).abs(), NEAR * (high - low).length());
+            let is_on = height <= reach && (contains(outline, own.normal, point) || is_beside(outline, point, reach));
+            if !is_on || own.normal.dot(normal) <= 0.0 {
                 return Err(refused(format!("it must be on face {face} and face the way that that does")));
             }
         }

@@ -57,15 +57,19 @@ fn even_light_is_within_its_limits() -> Outcome {
         let (scene, reflected) = furnace(reflectances)?;
         for seed in 0..8 {
             let certificate = certify(&scene, &Request { width: 0.02, delta: 1e-3, seed, rays: 4_000_000 })?;
-            let [mean, of] = [certificate.mean[0], certificate.reflected[0]];
-            assert!(mean.contains(1.0) && of.contains(reflected), "room {room}, seed {seed}: {mean:?} {of:?}");
+            let [mean, reflected_mean] = [certificate.mean[0], certificate.reflected[0]];
+            assert!(
+                mean.contains(1.0) && reflected_mean.contains(reflected),
+                "room {room}, seed {seed}: {mean:?} {reflected_mean:?}"
+            );
             assert!(mean.half_width() < 0.021, "room {room}, seed {seed}: {mean:?}");
         }
         let place = Place { position: DVec3::new(0.3, 0.2, 0.0), normal: DVec3::Z, face: Some(0) };
         let points = certify_points(&scene, &[place], &Request { width: 0.02, rays: 200_000, ..Request::default() })?;
         let point = points[0].as_ref().map_err(Clone::clone)?;
-        let (irradiance, radiosity) = (point.irradiance[0], point.radiosity.as_ref().map_or(f64::NAN, |of| of[0].half_width()));
-        assert!(point.radiosity.as_ref().is_some_and(|of| of[0].contains(1.0)), "room {room}: {point:?}");
+        let (irradiance, radiosity) =
+            (point.irradiance[0], point.radiosity.as_ref().map_or(f64::NAN, |interval| interval[0].half_width()));
+        assert!(point.radiosity.as_ref().is_some_and(|interval| interval[0].contains(1.0)), "room {room}: {point:?}");
         assert!(
             irradiance.contains(1.0) && irradiance.half_width() < 0.3 && radiosity <= irradiance.half_width(),
             "room {room}: {point:?}"

@@ -188,7 +188,7 @@ fn columns<T: Real>(case: &Case<'_>) -> Option<[T; 9]> {
     let n1 = unit_normal(receiver);
     let constant = |value: f64| {
         let mut sum = [Vec3::zero(); 2];
-        let mut add = |[on, off]: Symmetric<T>| sum = [sum[0] + on, sum[1] + off];
+        let mut add = |[diagonal, others]: Symmetric<T>| sum = [sum[0] + diagonal, sum[1] + others];
         let is_certain = visit(case, |part| match part {
             ArcOrCorner::Arc(arc) => add(edge_term(n1, arc)),
             ArcOrCorner::Corner(ending, beginning) => add(corner_term(n1, ending, beginning)),
@@ -204,12 +204,12 @@ fn columns<T: Real>(case: &Case<'_>) -> Option<[T; 9]> {
         })?;
         Some((is_certain, sum.total().map(|v| v * albedo::<T>(receiver))))
     };
-    let (is_certain, [on, off]) = match (emitter.emission(), emitter.polynomial()) {
+    let (is_certain, [diagonal, others]) = match (emitter.emission(), emitter.polynomial()) {
         (Emission::Constant(_), _) => constant(emitter.affine().value)?,
         (_, Some(plane)) => varying(SeenPolynomial::new(receiver, emitter, plane, plan.power))?,
         (_, None) => varying(SeenPolynomial::linear(SeenLinear::new(receiver, emitter, plan.power), emitter.polygon()))?,
     };
-    let columns = [on.x, off.z, off.y, off.z, on.y, off.x, off.y, off.x, on.z];
+    let columns = [diagonal.x, others.z, others.y, others.z, diagonal.y, others.x, others.y, others.x, diagonal.z];
     // A corner more or less bounds nothing.
     Some(if is_certain { columns } else { columns.map(|c| c.widened(f64::INFINITY.into())) })
 }

@@ -96,7 +96,7 @@ pub(crate) fn integrate(
         let (values, others) = (sum(&rules[0])?, [sum(&rules[1])?, sum(&rules[2])?]);
         sum(&corners)?;
         let differences = others.map(|other| values.iter().zip(&other).map(|(a, b)| (a - b).abs()).collect::<Vec<_>>());
-        let greatest = |of: &[f64]| of.iter().fold(0.0, |most: f64, e| most.max(*e));
+        let greatest = |errors: &[f64]| errors.iter().fold(0.0, |most: f64, e| most.max(*e));
         let near = NEAR * (highest - lowest);
         let is_cut = (lowest < near && highest > -near) || (highest > 0.0 && doubt(low, size));
         let (errors, along): (Vec<f64>, _) = if is_cut {

@@ -164,9 +164,9 @@ fn hidden_by_bilinear(corners: &[DVec3; 4], x: DVec3, d: DVec3, start: Option<&S
         (0.0..=1.0).contains(&u) && (0.0..=1.0).contains(&v) && t > 0.0 && t < 1.0
     };
     let [qa, qb, qc] = quadratic;
-    if let Some(known) = start.or(end) {
+    if let Some(end) = start.or(end) {
         // The sum of the roots gives the other.
-        return qa != 0.0 && on(-2.0 * qb / qa - known.spot.at[0]);
+        return qa != 0.0 && on(-2.0 * qb / qa - end.spot.at[0]);
     }
     let discriminant = qb * qb - qa * qc;
     if discriminant < 0.0 {

@@ -322,10 +322,10 @@ impl CurvedSolution {
         self.with_transport(|transport| {
             let row: Result<Vec<Integrals>, Error> = self.parts.iter().map(|part| transport.row(station, part)).collect();
             let row = row?;
-            let [irradiance, off] = self.received(&row);
+            let [irradiance, error] = self.received(&row);
             let reflecting: f64 = row.iter().map(|part| part.values[0] + part.errors[0]).sum();
             let [rho, emitted] = transport.surface_at(station.patch, station.spot.point)?;
-            let irradiance_bound = reflecting * self.bound + off;
+            let irradiance_bound = reflecting * self.bound + error;
             Ok(CurvedAnswer {
                 radiosity: emitted + rho * irradiance,
                 irradiance,

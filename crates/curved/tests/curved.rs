@@ -38,9 +38,9 @@ fn inside_a_sphere_the_irradiance_is_the_mean_radiosity() {
         for at in [[0.0, 0.5], [0.3, 0.02], [0.9, 0.7]] {
             let (polar, azimuth) = (PI * at[1], TAU * at[0]);
             let outwards = DVec3::new(polar.sin() * azimuth.cos(), polar.sin() * azimuth.sin(), polar.cos());
-            let value = |of: &Value| match of {
+            let value = |quantity: &Value| match quantity {
                 Value::Constant(value) => *value,
-                Value::Function { of, .. } => of(centre + outwards * radius),
+                Value::Function { function, .. } => function(centre + outwards * radius),
             };
             checked(&solution, 0, at, value(&emitted) + value(&reflectance) * irradiance, 1e-6);
         }

@@ -48,19 +48,19 @@ pub trait SideBySide: Doubles {
 #[inline(always)]
 fn series<T: SideBySide>(
     z: DoubleDouble<T>,
-    [wide, all]: [usize; 2],
+    [wide, count]: [usize; 2],
     coefficient: impl Fn(usize) -> DoubleDouble,
     plain: impl Fn(usize) -> f64,
 ) -> DoubleDouble<T> {
-    let mut tail = z.hi.like(plain(all - 1));
-    for k in (wide..all - 1).rev() {
+    let mut tail = z.hi.like(plain(count - 1));
+    for k in (wide..count - 1).rev() {
         tail = tail * z.hi + z.hi.like(plain(k));
     }
     let mut sum = DoubleDouble { hi: tail, lo: tail.like(0.0) };
     for k in (0..wide).rev() {
-        let (c, rest) = (z.same(coefficient(k)), sum * z);
-        let (hi, lo) = fast_two_sum(c.hi, rest.hi);
-        let (hi, lo) = fast_two_sum(hi, lo + (c.lo + rest.lo));
+        let (c, product) = (z.same(coefficient(k)), sum * z);
+        let (hi, lo) = fast_two_sum(c.hi, product.hi);
+        let (hi, lo) = fast_two_sum(hi, lo + (c.lo + product.lo));
         sum = DoubleDouble { hi, lo };
     }
     sum
@@ -306,8 +306,8 @@ mod tests {
                 let results = on_instruction_set!(level, simd => every_function(simd, [a, b, t, square]));
                 assert_eq!(*first.get_or_insert(results), results, "{level:?}");
             }
-            for ((worst, found), truth) in worst.iter_mut().zip(first.unwrap()).zip(truth) {
-                let error = (found - truth).hi.abs();
+            for ((worst, number), truth) in worst.iter_mut().zip(first.unwrap()).zip(truth) {
+                let error = (number - truth).hi.abs();
                 let relative = if truth.hi == 0.0 { error } else { error / truth.hi.abs() };
                 *worst = worst.max(relative / ROUNDOFF_ON_LANES);
             }

@@ -68,9 +68,15 @@ fn report(
     let emission = EmissionFunction { radiosity: &radiosity, gradient, detail, bounds: None };
     for tolerance in [1e-3, 1e-9] {
         match integrate_function(receiver, screen, &emission, tolerance, budget) {
-            Ok(found) => println!(
+            Ok(estimate) => println!(
                 "{name:8} to {tolerance:e}: {:.11} +- {:.0e} W/m2, {:?} after {} evaluations\n{:17}gradient {:.9} +- {:.0e} W/m3",
-                found.radiosity, found.radiosity_error, found.status, found.evaluations, "", found.gradient, found.gradient_error
+                estimate.radiosity,
+                estimate.radiosity_error,
+                estimate.status,
+                estimate.evaluations,
+                "",
+                estimate.gradient,
+                estimate.gradient_error
             ),
             Err(error @ Error::Evaluations { .. }) => println!("{name:8} to {tolerance:e}: {error}"),
             Err(error) => return Err(error.into()),

@@ -161,7 +161,7 @@ fn manifests_import_what_the_document_allows() {
         for line in imported {
             let name = line.split(|c: char| !(c.is_alphanumeric() || c == '-')).next().unwrap();
             let name = if name == "radgrad" { "cli" } else { name.trim_start_matches("radgrad-") };
-            let is_allowed = may.get(importer).is_some_and(|all| all.contains(name));
+            let is_allowed = may.get(importer).is_some_and(|allowed| allowed.contains(name));
             assert!(is_allowed, "{importer} imports {name}, which ARCHITECTURE.md does not allow");
             checked += 1;
         }

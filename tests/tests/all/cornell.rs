@@ -64,7 +64,7 @@ fn value_and_gradient_are_the_oracles_anywhere_in_the_box() {
     // On the floor, which is exactly level, and above it, facing all ways.
     let normals = [DVec3::Y, DVec3::new(0.6, 0.3, -0.2), DVec3::new(-0.5, 0.8, 0.4)];
     for k in 0..60 {
-        let share = |step: usize, of: usize| ((k * step) % of) as f64 / of as f64;
+        let share = |step: usize, period: usize| ((k * step) % period) as f64 / period as f64;
         let height = [0.0, 0.0, 80.0, 200.0, 350.0][k % 5];
         let x = DVec3::new(20.0 + 510.0 * share(7, 60), height, 15.0 + 530.0 * share(23, 61));
         let receiver = Receiver::new(x, if height == 0.0 { DVec3::Y } else { normals[k % 3] }, 1.0).unwrap();

@@ -35,8 +35,8 @@ impl Tally {
             estimate => estimate.unwrap(),
         };
         let (value, gradient) = truth();
-        let (off, gradient_off) = ((estimate.radiosity - value).abs(), (estimate.gradient - gradient).length());
-        let is_met = off <= tolerance * value.abs() && gradient_off <= tolerance * gradient.length();
+        let (error, gradient_off) = ((estimate.radiosity - value).abs(), (estimate.gradient - gradient).length());
+        let is_met = error <= tolerance * value.abs() && gradient_off <= tolerance * gradient.length();
         match estimate.status {
             Status::Converged => self.converged += 1,
             Status::BudgetExhausted => self.exhausted += 1,
@@ -46,8 +46,8 @@ impl Tally {
         self.silent += usize::from(estimate.status == Status::Converged && !is_met);
         // The truth itself is known to 1e-14 of its parts.
         let share = 1.0 + 1e-3;
-        let is_under = off > estimate.radiosity_error * share || gradient_off > estimate.gradient_error * share;
-        self.underestimated += usize::from(is_under && off.max(gradient_off) > 1e-12);
+        let is_under = error > estimate.radiosity_error * share || gradient_off > estimate.gradient_error * share;
+        self.underestimated += usize::from(is_under && error.max(gradient_off) > 1e-12);
     }
 }
 

@@ -225,15 +225,15 @@ fn target(path: &[String], sources: &Sources) -> String {
 
 /// A path from the root of the crate; `None` for one into another crate or a type.
 fn absolute(path: &[String], module: &[String], scope: &BTreeMap<String, Vec<String>>) -> Option<Vec<String>> {
-    let (first, rest) = path.split_first()?;
+    let (first, tail) = path.split_first()?;
     match first.as_str() {
-        "crate" => Some(rest.to_vec()),
-        "self" => Some([module, rest].concat()),
+        "crate" => Some(tail.to_vec()),
+        "self" => Some([module, tail].concat()),
         "super" => {
             let ups = path.iter().take_while(|name| *name == "super").count();
             Some([&module[..module.len().checked_sub(ups)?], &path[ups..]].concat())
         }
-        name => scope.get(name).map(|from| [from.as_slice(), rest].concat()),
+        name => scope.get(name).map(|from| [from.as_slice(), tail].concat()),
     }
 }
 
@@ -279,7 +279,7 @@ fn is_name(token: &str) -> bool {
 
 /// The source in one line, without comments, strings, the module `tests` and lines under `#[cfg(test)]` or `#[cfg(doc)]`.
 fn built(text: &str) -> String {
-    let (mut kept, mut skip) = (String::new(), false);
+    let (mut code, mut skip) = (String::new(), false);
     let mut lines = text.lines();
     while let Some(line) = lines.next() {
         let is_left_out = ["#[cfg(test)]", "#[cfg(doc)]"].contains(&line.trim());
@@ -287,12 +287,12 @@ fn built(text: &str) -> String {
             let end = format!("{}}}", &line[..line.len() - line.trim_start().len()]);
             lines.by_ref().take_while(|line| *line != end).for_each(drop);
         } else if !skip && !is_left_out {
-            kept.push_str(line.split("//").next().unwrap_or(line));
-            kept.push('\n');
+            code.push_str(line.split("//").next().unwrap_or(line));
+            code.push('\n');
         }
         skip = is_left_out;
     }
-    kept.split('"').step_by(2).collect::<Vec<_>>().join(" ")
+    code.split('"').step_by(2).collect::<Vec<_>>().join(" ")
 }
 
 /// Names, `::` and single characters.

@@ -107,8 +107,8 @@ impl<'a> EmitterTree<'a> {
         Self::over(Cow::Borrowed(emitters))
     }
 
-    fn over(all: Cow<'a, [Emitter]>) -> Self {
-        let emitters = &*all;
+    fn over(given: Cow<'a, [Emitter]>) -> Self {
+        let emitters = &*given;
         let power = common_power::<f64>(emitters);
         let (convex, concave): (Vec<_>, Vec<_>) = (0..emitters.len()).partition(|i| fans_out(&emitters[*i]));
         let (kinds, mut others) = kinds(emitters, &convex, power);
@@ -119,7 +119,7 @@ impl<'a> EmitterTree<'a> {
             Grove { lamps: Lamps::new(kind, emitters, order, power), nodes }
         };
         let groups = kinds.into_iter().map(grove).collect();
-        Self { emitters: all, groups, others, power }
+        Self { emitters: given, groups, others, power }
     }
 
     /// Number of emitters.

@@ -238,13 +238,13 @@ impl<S: Simd, G: Glowing<S>> LinearSums<S, G> {
 
     /// A point at a distance, known already if it is where another one is.
     #[inline(always)]
-    fn met(&self, simd: S, square: Wide<S>, known: Met<S>) -> Met<S> {
-        let is_known = square.at_most(known.square) & known.square.at_most(square);
+    fn met(&self, simd: S, square: Wide<S>, computed: Met<S>) -> Met<S> {
+        let is_known = square.at_most(computed.square) & computed.square.at_most(square);
         if (!is_known).any() {
             let height = self.height * self.height;
             return Met { square, logarithm: (square / height).ln() * constant(simd, 0.5) };
         }
-        known
+        computed
     }
 
     /// Adds the part of a segment to X1 where it counts.
@@ -368,19 +368,19 @@ impl<S: Simd, G: Glowing<S>> BoundarySums<S, f64> for LinearSums<S, G> {
     }
 
     #[inline(always)]
-    fn close(&mut self, simd: S, n1: Vector<S>, left: Mask<S, f64>, exit: Vector<S>, entry: Vector<S>) {
+    fn close(&mut self, simd: S, n1: Vector<S>, has_left: Mask<S, f64>, exit: Vector<S>, entry: Vector<S>) {
         let (zero, one) = (constant(simd, 0.0), constant(simd, 1.0));
-        let g = left.select(angle(simd, -n1.dot(exit.cross(entry)), exit.dot(entry)), zero);
+        let g = has_left.select(angle(simd, -n1.dot(exit.cross(entry)), exit.dot(entry)), zero);
         let t = n1.cross(self.n2);
         let square = self.height * self.height;
         let logarithms =
-            self.logarithms(simd, [left.select(exit.norm_squared(), square), left.select(entry.norm_squared(), square)]);
+            self.logarithms(simd, [has_left.select(exit.norm_squared(), square), has_left.select(entry.norm_squared(), square)]);
         self.lit = self.lit - g;
         self.aimed = self.aimed - g * self.slope;
         self.contour = self.contour - (self.tilt * self.slope * g + (logarithms[1] - logarithms[0]) * self.gradient.dot(t));
         let distances = [self.height, -(self.height * self.tilt)];
-        self.add_x1(simd, x1(simd, [exit.dot(t), entry.dot(t)], distances, logarithms, g), Some(left));
-        self.slant = left.select(one / left.select(t.norm_squared(), one), zero);
+        self.add_x1(simd, x1(simd, [exit.dot(t), entry.dot(t)], distances, logarithms, g), Some(has_left));
+        self.slant = has_left.select(one / has_left.select(t.norm_squared(), one), zero);
     }
 
     #[inline(always)]

@@ -121,21 +121,22 @@ impl Sphere {
 
 /// Occluders, and spheres around these and the emitter.
 pub(super) struct Occluders<'a> {
-    all: Vec<(&'a Polygon, Sphere)>,
+    occluders: Vec<(&'a Polygon, Sphere)>,
     emitter: Sphere,
 }
 
 impl<'a> Occluders<'a> {
     /// `None` if there are none.
-    pub(super) fn new(all: &[&'a Polygon], emitter: &Emitter) -> Option<Self> {
+    pub(super) fn new(occluders: &[&'a Polygon], emitter: &Emitter) -> Option<Self> {
         let with_sphere = |polygon: &&'a Polygon| (*polygon, Sphere::around(polygon));
-        let occluders = || Self { all: all.iter().map(with_sphere).collect(), emitter: Sphere::around(emitter.polygon()) };
-        (!all.is_empty()).then(occluders)
+        let with_spheres =
+            || Self { occluders: occluders.iter().map(with_sphere).collect(), emitter: Sphere::around(emitter.polygon()) };
+        (!occluders.is_empty()).then(with_spheres)
     }
 
     /// Those that spheres do not prove to hide nothing from a point.
     fn near(&self, point: DVec3) -> impl Iterator<Item = &'a Polygon> {
-        let near = self.all.iter().filter(move |(_, sphere)| !sphere.is_apart_from(&self.emitter, point));
+        let near = self.occluders.iter().filter(move |(_, sphere)| !sphere.is_apart_from(&self.emitter, point));
         near.map(|(polygon, _)| *polygon)
     }
 }

@@ -55,7 +55,7 @@ impl<'a, F: Lane> Receivers<'a, F> {
             .iter()
             .zip(y)
             .zip(z)
-            .fold(true, |all, ((x, y), z)| all & ((*x != F::default()) | (*y != F::default()) | (*z != F::default())));
+            .fold(true, |every, ((x, y), z)| every & ((*x != F::default()) | (*y != F::default()) | (*z != F::default())));
         let reflects = every_entry(reflectance, |rho| (rho >= F::default()) & (rho <= F::nearest(1.0)));
         if !(finite & directed & reflects) {
             for index in 0..count {

@@ -62,7 +62,7 @@ pub(super) trait BoundarySums<S: Simd, F: Lane> {
     );
 
     /// Adds the horizon's arc, where the boundary leaves the upper half-space at `exit` and comes back at `entry`.
-    fn close(&mut self, simd: S, n1: Vec3<Lanes<S, F>>, left: Mask<S, F>, exit: Vec3<Lanes<S, F>>, entry: Vec3<Lanes<S, F>>);
+    fn close(&mut self, simd: S, n1: Vec3<Lanes<S, F>>, has_left: Mask<S, F>, exit: Vec3<Lanes<S, F>>, entry: Vec3<Lanes<S, F>>);
 
     /// The sums' value and gradient, their bounds, tight where they are asked for, and where those hold.
     fn total<const GRADIENT: bool>(self, simd: S, extent: &SeenExtent<S, F>) -> (BoundedTotal<S, F>, Mask<S, F>);
@@ -85,7 +85,7 @@ pub(super) struct SeenExtent<S: Simd, F: Lane> {
 }
 
 /// The sums that lanes found, without the factor of emission and reflectance.
-pub(super) struct Found<S: Simd, F: Lane> {
+pub(super) struct VisibleSums<S: Simd, F: Lane> {
     /// Where nothing is seen, for sure.
     pub(super) zero: Mask<S, F>,
     /// Where something is seen, and the sums hold within the bounds.
@@ -104,10 +104,10 @@ pub(super) struct Found<S: Simd, F: Lane> {
 pub(super) fn find<S: Simd, F: Lane, O: Outline<S, F>, B: BoundarySums<S, F>, const GRADIENT: bool>(
     simd: S,
     outline: &O,
-    ((x, n1), known): (Placed<S, F>, Mask<S, F>),
+    ((x, n1), has_digits): (Placed<S, F>, Mask<S, F>),
     tight: bool,
     sums: B,
-) -> Found<S, F> {
+) -> VisibleSums<S, F> {
     let first = corner(simd, outline, 0, (x, n1));
     let extent = Extent::of_corner(first);
     // Of a triangle all corners are at hand for its edges.
@@ -116,7 +116,7 @@ pub(super) fn find<S: Simd, F: Lane, O: Outline<S, F>, B: BoundarySums<S, F>, co
         return decide::<S, F, O, B, GRADIENT>(
             simd,
             outline,
-            ((x, n1), known),
+            ((x, n1), has_digits),
             (first, extent.and(corners[1]).and(corners[2])),
             (tight, sums),
             #[inline(always)]
@@ -127,7 +127,7 @@ pub(super) fn find<S: Simd, F: Lane, O: Outline<S, F>, B: BoundarySums<S, F>, co
     decide::<S, F, O, B, GRADIENT>(
         simd,
         outline,
-        ((x, n1), known),
+        ((x, n1), has_digits),
         (first, extent),
         (tight, sums),
         #[inline(always)]
@@ -140,13 +140,13 @@ pub(super) fn find<S: Simd, F: Lane, O: Outline<S, F>, B: BoundarySums<S, F>, co
 fn decide<S: Simd, F: Lane, O: Outline<S, F>, B: BoundarySums<S, F>, const GRADIENT: bool>(
     simd: S,
     outline: &O,
-    ((x, n1), known): (Placed<S, F>, Mask<S, F>),
+    ((x, n1), has_digits): (Placed<S, F>, Mask<S, F>),
     (first, Extent { lowest, highest, farthest_square }): (SeenCorner<S, F>, Extent<S, F>),
     (tight, mut sums): (bool, B),
     seen_whole: impl FnOnce(&mut B),
-) -> Found<S, F> {
+) -> VisibleSums<S, F> {
     let zero = constant(simd, 0.0);
-    let in_range = known & farthest_square.at_most(constant(simd, F::FARTHEST * F::FARTHEST));
+    let in_range = has_digits & farthest_square.at_most(constant(simd, F::FARTHEST * F::FARTHEST));
     // Squares of the heights with their signs, against the squares of the least heights whose sign is sure.
     let signed = |height: Lanes<S, F>| height * height.abs();
     let sure = farthest_square * constant(simd, (16.0 * F::ROUNDOFF) * (16.0 * F::ROUNDOFF));
@@ -159,7 +159,7 @@ fn decide<S: Simd, F: Lane, O: Outline<S, F>, B: BoundarySums<S, F>, const GRADI
     let nothing = in_range & (behind | below);
     let is_visible = in_range & in_front & sure.below(signed(highest));
     let none = LaneBound { value: zero, gradient_square: zero };
-    let mut visible = Found {
+    let mut visible = VisibleSums {
         zero: nothing,
         good: is_visible & above,
         clipped: is_visible & !above,
@@ -180,7 +180,7 @@ fn decide<S: Simd, F: Lane, O: Outline<S, F>, B: BoundarySums<S, F>, const GRADI
         None
     };
     let ((value, gradient, bound), holds) = sums.total::<GRADIENT>(simd, &SeenExtent { edges, tight, farthest_square, crossing });
-    Found { good: visible.good & holds, value, gradient, bound, ..visible }
+    VisibleSums { good: visible.good & holds, value, gradient, bound, ..visible }
 }
 
 #[inline(always)]

@@ -46,7 +46,7 @@ use crate::problem::triangulate::{Few, convex_parts};
 pub(crate) type Outline<T> = Vec<(Arc<T>, bool)>;
 
 /// A result, with the uncertainty that the decisions left.
-type WithUncertainty<T, Found> = (Found, Uncertainty<RadiusOf<T>>);
+type WithUncertainty<T, R> = (R, Uncertainty<RadiusOf<T>>);
 
 /// The arcs of the visible boundary and the uncertainty that the decisions left, or `None` where surely nothing is visible.
 pub(crate) fn arcs<T: Real>(

@@ -161,9 +161,9 @@ impl<S: Simd> EdgeLanes<S> {
 
     /// A function of the two ends.
     #[inline(always)]
-    pub(crate) fn at_ends(&self, of: impl Fn(&Sighted<f64x4<S>>) -> f64x4<S>) -> [f64x4<S>; 2] {
-        let start = of(&self.arc.start);
-        [start, if self.closed { next(start) } else { of(&self.arc.end) }]
+    pub(crate) fn at_ends(&self, function: impl Fn(&Sighted<f64x4<S>>) -> f64x4<S>) -> [f64x4<S>; 2] {
+        let start = function(&self.arc.start);
+        [start, if self.closed { next(start) } else { function(&self.arc.end) }]
     }
 
     /// As [`Line::relative_error`], in units of roundoff: edges that lanes take pass at an eighth of the distance at least.

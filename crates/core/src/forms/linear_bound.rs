@@ -522,7 +522,7 @@ mod tests {
     #[test]
     fn bounds_hold_and_are_within_a_few_hundred_errors() {
         let mut random = ChaCha8Rng::seed_from_u64(12);
-        let (mut shares, mut worst, mut found) = ([Vec::new(), Vec::new()], [0.0f64; 2], [0; 2]);
+        let (mut shares, mut worst, mut counts) = ([Vec::new(), Vec::new()], [0.0f64; 2], [0; 2]);
         for i in 0..6000 {
             let count = 3 + i % 7;
             let spread = [0.7, 1.5, 5.0][i % 3];
@@ -535,13 +535,13 @@ mod tests {
             let Some(plan) = Plan::new(&receiver, emitter.polygon()).filter(|plan| !plan.on_surface) else { continue };
             let Some((terms, bound)) = bounded_in(ROUNDOFF, &receiver, &emitter, &plan) else { continue };
             let kind = usize::from(plan.horizon == Horizon::Crossing);
-            found[kind] += 1;
+            counts[kind] += 1;
             let case = Case { receiver: &receiver, emitter: &emitter, occluders: &[], plan: &plan };
             let truth = IrradianceAndGradient::<Ball<DoubleDouble>>::sum::<true, true>(&case).unwrap();
             let n1 = Vec3::from(receiver.normal());
             let precise = crate::problem::receiver::unit_normal::<Ball<DoubleDouble>>(&receiver).dot(truth.irradiance);
             let radiosity = (Ball::exact(n1.dot(terms.irradiance)) - precise).middle().hi.abs();
-            let difference = |found: f64, truth: Ball<DoubleDouble>| (Ball::exact(found) - truth).middle().hi;
+            let difference = |value: f64, truth: Ball<DoubleDouble>| (Ball::exact(value) - truth).middle().hi;
             let Vec3 { x, y, z } = truth.gradient;
             let gradient = terms.gradient;
             let gradient = Vec3::new(difference(gradient.x, x), difference(gradient.y, y), difference(gradient.z, z)).length();
@@ -554,13 +554,13 @@ mod tests {
             shares.sort_by(f64::total_cmp);
             shares[shares.len() / 2]
         });
-        println!("{found:?} found whole and cut, medians {medians:?}, worst {worst:?}");
+        println!("{counts:?} found whole and cut, medians {medians:?}, worst {worst:?}");
         assert!(
-            found[0] > 1000
-                && found[1] > 100
+            counts[0] > 1000
+                && counts[1] > 100
                 && worst.iter().all(|&worst| worst < 1.0 && worst > 1e-3)
                 && medians.iter().all(|&m| m > 1.0 / 400.0),
-            "{found:?} {medians:?} {worst:?}"
+            "{counts:?} {medians:?} {worst:?}"
         );
     }
 

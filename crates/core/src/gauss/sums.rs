@@ -81,8 +81,8 @@ struct Row<S: Simd> {
 
 /// `(1 - b) p + b q`, which errs by 4u where neither is negative.
 #[inline(always)]
-fn between<S: Simd>([p, q]: [f64x8<S>; 2], b: f64x8<S>, rest: f64x8<S>) -> f64x8<S> {
-    p * rest + q * b
+fn between<S: Simd>([p, q]: [f64x8<S>; 2], b: f64x8<S>, complement: f64x8<S>) -> f64x8<S> {
+    p * complement + q * b
 }
 
 impl<S: Simd> NodeSums<f64x8<S>> {
@@ -209,7 +209,7 @@ impl Triangle<'_> {
             }
             (OnTriangle::Affine(corners), false) => self.row_by_row(simd, |a| {
                 let ends = ends(*corners, a).map(splat);
-                move |b, rest| between(ends, b, rest)
+                move |b, complement| between(ends, b, complement)
             }),
             (OnTriangle::Polynomial(polynomial, [p, first, side]), false) => self.row_by_row(simd, |a| {
                 let [u, v] = [0, 1].map(|k| [p[k] + first[k] * a, side[k] * a].map(splat));

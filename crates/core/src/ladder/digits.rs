@@ -119,11 +119,11 @@ fn precise(receiver: &Receiver, emitter: &Emitter, occluders: &[&Polygon], digit
     // log2 10 < 3.322
     let first = ((digits as usize * 3322).div_ceil(1000) + 80).next_multiple_of(64);
     let precisions = iter::successors(Some(first), |bits| Some(2 * bits)).take_while(|bits| *bits <= first + SPARE_BITS);
-    let stays_open = |found: &Enclosed| found.stays_open(&case, tolerance);
+    let stays_open = |enclosed: &Enclosed| enclosed.stays_open(&case, tolerance);
     match refined(precisions, tolerance, Enclosed::relative_error, stays_open, || Enclosed::find(&case)) {
         Outcome::Nothing { bits } => Ok(PreciseAnswer::zero(bits)),
-        Outcome::Found(Refined { found, bits, is_enough }) if is_enough || found.is_settled(&case, tolerance) => {
-            Ok(found.in_unit(&case).to_decimals(digits, bits, found.are_nothing()))
+        Outcome::Found(Refined { result: enclosed, bits, is_enough }) if is_enough || enclosed.is_settled(&case, tolerance) => {
+            Ok(enclosed.in_unit(&case).to_decimals(digits, bits, enclosed.are_nothing()))
         }
         Outcome::Found(Refined { bits, .. }) => Err(Error::Undecided { digits, bits }),
         Outcome::TooDear => Err(Error::Undecided { digits, bits: first }),
@@ -290,8 +290,8 @@ mod tests {
             assert!(whole.is_some());
             for share in 0..60 {
                 let limit = spent.effort() * share / 60;
-                let (found, spent) = within(256, limit, || Enclosed::find(&case));
-                assert!(found.is_none() && spent.effort() > limit);
+                let (dropped_result, spent) = within(256, limit, || Enclosed::find(&case));
+                assert!(dropped_result.is_none() && spent.effort() > limit);
                 dropped += 1;
             }
         }

@@ -32,7 +32,7 @@ use crate::boundary::plan::Plan;
 use crate::boundary::plan::precise_height;
 use crate::error::Error;
 use crate::ladder::answer::{Answer, Method, Value};
-use crate::ladder::rungs::Found;
+use crate::ladder::rungs::Evaluated;
 use crate::problem::emission::Emission;
 use crate::problem::polygon::Polygon;
 
@@ -76,7 +76,7 @@ impl Case<'_> {
     /// An answer that encloses both sides.
     #[cold]
     #[inline(never)]
-    pub(super) fn on_surface(&self) -> Found {
+    pub(super) fn on_surface(&self) -> Evaluated {
         let Self { receiver, emitter, occluders, plan } = *self;
         let polygon = emitter.polygon();
         let (height, height_error) = precise_height(receiver.position(), polygon, plan.power);
@@ -109,7 +109,7 @@ impl Case<'_> {
         } else {
             f64::INFINITY
         };
-        Found {
+        Evaluated {
             radiosity: 0.5 * share * (low + high),
             gradient: Vec3::new(0.0, 0.0, 0.0),
             radiosity_error: (0.5 * share * (high - low) + crossed) * UP,

@@ -128,14 +128,14 @@ mod tests {
             }
             let occluders: Vec<&Polygon> = screens.iter().collect();
             let Some(plan) = Plan::new(&receiver, lamp.polygon()) else { continue };
-            let Some(found) = sure::arcs(&receiver, lamp.polygon(), &occluders, &plan) else { continue };
+            let Some(arcs) = sure::arcs(&receiver, lamp.polygon(), &occluders, &plan) else { continue };
             let expected = visibility::arcs(&receiver, &lamp, &occluders, &plan).map_or_else(Vec::new, |(arcs, _)| arcs);
-            for (found, expected) in sums(&receiver, &found).into_iter().zip(sums(&receiver, &expected)) {
-                let apart = found - expected;
+            for (arcs, expected) in sums(&receiver, &arcs).into_iter().zip(sums(&receiver, &expected)) {
+                let apart = arcs - expected;
                 assert!(apart.size() <= apart.error() && apart.error() < 1e-24, "{i}: {apart:?}");
             }
-            seen += usize::from(!found.is_empty());
-            cut += usize::from(found.iter().any(|arc| arc.line().is_none()));
+            seen += usize::from(!arcs.is_empty());
+            cut += usize::from(arcs.iter().any(|arc| arc.line().is_none()));
         }
         assert!(seen > 150 && cut > 30, "{seen} {cut}");
     }

@@ -41,17 +41,17 @@ fn turn(points: &[Coord<f64>], a: usize, b: usize, c: usize) -> f64 {
 }
 
 /// Vertex `k` of the rest between its neighbours.
-fn corner(rest: &[usize], k: usize) -> [usize; 3] {
-    let count = rest.len();
-    [rest[(k + count - 1) % count], rest[k], rest[(k + 1) % count]]
+fn corner(remaining: &[usize], k: usize) -> [usize; 3] {
+    let count = remaining.len();
+    [remaining[(k + count - 1) % count], remaining[k], remaining[(k + 1) % count]]
 }
 
 /// Whether the corner can be cut off: it turns left, or runs straight, and no other vertex is in its triangle.
-fn is_ear(points: &[Coord<f64>], rest: &[usize], k: usize) -> bool {
-    let [a, b, c] = corner(rest, k);
+fn is_ear(points: &[Coord<f64>], remaining: &[usize], k: usize) -> bool {
+    let [a, b, c] = corner(remaining, k);
     let turning = turn(points, a, b, c);
     turning > 0.0
-        && rest
+        && remaining
             .iter()
             .filter(|&&p| p != a && p != b && p != c)
             .all(|&p| turn(points, a, b, p) < 0.0 || turn(points, b, c, p) < 0.0 || turn(points, c, a, p) < 0.0)

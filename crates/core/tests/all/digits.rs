@@ -233,10 +233,10 @@ fn a_power_of_two_scales_the_digits_exactly() {
 fn four_vertices_exactly_in_one_plane_have_all_digits_and_others_say_that_they_have_not() {
     // A plane with coefficients that are sums of few powers of two, and emission by an affine function of that kind.
     let corners = [[-1.0, -1.0], [1.0, -1.0], [1.5, 1.0], [-1.0, 0.5]];
-    let lifted = |off: f64| {
+    let lifted = |height: f64| {
         let vertices = corners.map(|[x, y]| DVec3::new(x, y, 2.0 + 0.25 * x - 0.125 * y));
         let mut vertices: Vec<DVec3> = vertices.into_iter().rev().collect();
-        vertices[0].z += off;
+        vertices[0].z += height;
         let values = vertices.iter().map(|v| 1.0 + 0.5 * v.x + 0.25 * v.y).collect();
         Emitter::new(Polygon::new(vertices).unwrap(), Emission::at_vertices(values)).unwrap()
     };

@@ -23,8 +23,8 @@ fn receiver(position: [f64; 3]) -> Receiver {
 
 /// Sums of values and gradients agree to within their bounds, and those are small.
 fn assert_same(answers: &[Answer], expected: &[Answer]) {
-    let sum = |all: &[Answer]| {
-        all.iter().fold((0.0, DVec3::ZERO, 0.0, 0.0), |(b, g, eb, eg), a| {
+    let sum = |answers: &[Answer]| {
+        answers.iter().fold((0.0, DVec3::ZERO, 0.0, 0.0), |(b, g, eb, eg), a| {
             (b + a.radiosity, g + a.gradient, eb + a.radiosity_error, eg + a.gradient_error)
         })
     };

@@ -84,13 +84,13 @@ fn ways(receiver: &Receiver, emitter: &Emitter) -> Vec<Answer> {
 }
 
 /// Counts the answers on the surface; the error names two answers that do not meet, and their problem.
-fn check(random: &mut ChaCha8Rng, count: usize, off: f64, kind: usize) -> Result<usize, String> {
+fn check(random: &mut ChaCha8Rng, count: usize, distance: f64, kind: usize) -> Result<usize, String> {
     let (vertices, points, normal) = rotated(random, count);
     let slope = vector(random).cross(normal) * if kind == 2 { 3.0 } else { 0.3 };
     let mut on_surface = 0;
     for point in points {
         for direction in [-normal, vector(random), normal] {
-            let receiver = Receiver::new(point + normal * off, direction, 1.0).unwrap();
+            let receiver = Receiver::new(point + normal * distance, direction, 1.0).unwrap();
             let mut answers = Vec::new();
             for first in 0..count {
                 let emitter = Emitter::new(starting_at(&vertices, first), emission(kind, &vertices, first, slope)).unwrap();

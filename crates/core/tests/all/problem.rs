@@ -66,8 +66,8 @@ fn what_rounding_explains_is_never_refused() {
         let vertices: Vec<DVec3> = outline.iter().map(|p| (place + u * p[0] + v * p[1]).as_vec3().as_dvec3()).collect();
         let polygon = Polygon::from_rounded(vertices.clone(), precision);
         let polygon = polygon.unwrap_or_else(|error| panic!("case {case}, width {width}: {error}, {vertices:?}"));
-        for (given, kept) in vertices.iter().zip(polygon.vertices()) {
-            assert!((*given - *kept).abs().max_element() <= precision * 1.01, "case {case}");
+        for (given, vertex) in vertices.iter().zip(polygon.vertices()) {
+            assert!((*given - *vertex).abs().max_element() <= precision * 1.01, "case {case}");
         }
         warped += usize::from(Polygon::new(vertices).is_err());
     }

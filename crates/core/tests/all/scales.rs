@@ -77,13 +77,21 @@ fn what_reaches_far_beyond_the_emitter_hides_as_what_just_does() {
         let scale = if far > 1e120 { 1.0 } else { random.power(-500, 300) };
         let truth = answer(&receiver, &lamp_of(&lamp, slope, 1.0), &usual, 1.0).unwrap();
         match answer(&receiver, &lamp_of(&lamp, slope, scale), &large, scale) {
-            Ok(found) => {
+            Ok(scaled_answer) => {
                 answered += 1;
-                let (value, gradient) = (found.radiosity - truth.radiosity, (found.gradient - truth.gradient).length());
-                let bounds = [found.radiosity_error + truth.radiosity_error, found.gradient_error + truth.gradient_error];
-                assert!(value.abs() <= bounds[0] * 1.01, "case {case}, far {far:e}, scale {scale:e}: {found:?}, truth {truth:?}");
-                assert!(gradient <= bounds[1] * 1.01, "case {case}, far {far:e}, scale {scale:e}: {found:?}, truth {truth:?}");
-                assert!(bounds[0] < 1e-9, "case {case}, far {far:e}: {found:?}");
+                let (value, gradient) =
+                    (scaled_answer.radiosity - truth.radiosity, (scaled_answer.gradient - truth.gradient).length());
+                let bounds =
+                    [scaled_answer.radiosity_error + truth.radiosity_error, scaled_answer.gradient_error + truth.gradient_error];
+                assert!(
+                    value.abs() <= bounds[0] * 1.01,
+                    "case {case}, far {far:e}, scale {scale:e}: {scaled_answer:?}, truth {truth:?}"
+                );
+                assert!(
+                    gradient <= bounds[1] * 1.01,
+                    "case {case}, far {far:e}, scale {scale:e}: {scaled_answer:?}, truth {truth:?}"
+                );
+                assert!(bounds[0] < 1e-9, "case {case}, far {far:e}: {scaled_answer:?}");
             }
             Err(error) => assert!(names_the_range(&error), "case {case}: {error}"),
         }
@@ -107,18 +115,18 @@ fn what_is_near_the_receiver_hides_as_its_image_before_the_emitter() {
             |near: f64, scale: f64| answer(&receiver, &lamp_of(&lamp, slope, scale), &screen.map(|v| v * near), scale);
         let [whole, half] = [1.0, 0.5].map(|near| scaled_answer(near, 1.0).unwrap());
         match scaled_answer(near, scale) {
-            Ok(found) => {
+            Ok(near_answer) => {
                 answered += 1;
-                let value = (found.radiosity - whole.radiosity).abs();
+                let value = (near_answer.radiosity - whole.radiosity).abs();
                 let own = half.gradient - whole.gradient;
-                let gradient = (found.gradient - (whole.gradient - own) - own / near) * near;
-                let bound = 4.0 * (whole.gradient_error + half.gradient_error) + found.gradient_error * near;
+                let gradient = (near_answer.gradient - (whole.gradient - own) - own / near) * near;
+                let bound = 4.0 * (whole.gradient_error + half.gradient_error) + near_answer.gradient_error * near;
                 assert!(
-                    value <= found.radiosity_error + whole.radiosity_error,
-                    "case {case}, near {near:e}: {found:?}, truth {whole:?}"
+                    value <= near_answer.radiosity_error + whole.radiosity_error,
+                    "case {case}, near {near:e}: {near_answer:?}, truth {whole:?}"
                 );
-                assert!(gradient.length() <= bound, "case {case}, near {near:e}: {found:?}, {gradient} of {bound:e}");
-                assert!(found.radiosity_error < 1e-9, "case {case}, near {near:e}: {found:?}");
+                assert!(gradient.length() <= bound, "case {case}, near {near:e}: {near_answer:?}, {gradient} of {bound:e}");
+                assert!(near_answer.radiosity_error < 1e-9, "case {case}, near {near:e}: {near_answer:?}");
             }
             Err(error) => assert!(names_the_range(&error), "case {case}: {error}"),
         }

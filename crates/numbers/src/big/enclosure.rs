@@ -37,9 +37,10 @@ impl Enclosure {
 
     /// The nearest double and a bound on its error, the rounding included.
     pub fn to_double(&self) -> (f64, Magnitude) {
-        let (value, rest) = split_double(&self.mid);
+        let (value, remainder) = split_double(&self.mid);
         // Half an ulp rather than the actual rounding: whoever compares with a rounded truth must not find the bound broken.
-        let rounding = if rest == Magnitude::from(0.0) { rest } else { rest.max(Magnitude::from(ROUNDOFF * value.abs())) };
+        let rounding =
+            if remainder == Magnitude::from(0.0) { remainder } else { remainder.max(Magnitude::from(ROUNDOFF * value.abs())) };
         (value, (self.radius + rounding) * (1.0 + f64::EPSILON))
     }
 }
@@ -62,7 +63,7 @@ pub enum Outcome<R> {
 #[derive(Debug)]
 pub struct Refined<R> {
     /// The result.
-    pub found: R,
+    pub result: R,
     /// Bits it was found with.
     pub bits: usize,
     /// Whether its error is small enough.
@@ -125,7 +126,7 @@ fn refined_within<R>(
         let is_last = is_enough
             || error * 2.0 > before
             || (bits >= DECISIVE && within(bits, remaining, || stays_open(&result)).0 != Some(false));
-        outcome = Outcome::Found(Refined { found: result, bits, is_enough });
+        outcome = Outcome::Found(Refined { result, bits, is_enough });
         if is_last {
             break;
         }
@@ -171,7 +172,7 @@ mod tests {
             let sum = (0..10_000).fold(Ball::exact(0.0), |sum, i| if i % 2 == 0 { sum + third } else { sum - third });
             Some(Enclosure::from_ball(sum + Ball::exact(2f64.powi(-900))))
         };
-        let share = |found: &Enclosure| relative_error([found]);
+        let share = |enclosure: &Enclosure| relative_error([enclosure]);
         refined_within(effort, PRECISIONS, Magnitude::from(enough), share, |_| false, computation)
     }
 

@@ -148,9 +148,9 @@ mod tests {
     fn coefficients_are_those_kept_in_double_double() {
         with_bits(128, || {
             assert!(Big::sine_coefficients().count() > SINE_SERIES.len());
-            for (coefficient, kept) in Big::sine_coefficients().zip(SINE_SERIES) {
-                let difference = coefficient - Big::from_double_double(kept);
-                assert!(difference.high().abs() <= 2f64.powi(-105) * kept.hi.abs(), "{kept:?}");
+            for (coefficient, coded) in Big::sine_coefficients().zip(SINE_SERIES) {
+                let difference = coefficient - Big::from_double_double(coded);
+                assert!(difference.high().abs() <= 2f64.powi(-105) * coded.hi.abs(), "{coded:?}");
             }
             for x in [1e-9, 0.15, 0.85, 1.05, 1.5, 1.56] {
                 let wide = clausen_rest(Big::from_double(x));

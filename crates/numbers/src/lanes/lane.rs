@@ -149,14 +149,14 @@ impl<S: Simd, F: Lane> Lanes<S, F> {
 /// each other; a coefficient is loaded once.
 #[inline(always)]
 pub fn polynomials<S: Simd, F: Lane, const N: usize>(simd: S, z: [Lanes<S, F>; N], c: &[F]) -> [Lanes<S, F>; N] {
-    let Some((last, rest)) = c.split_last() else { return [constant(simd, 0.0); N] };
-    let Some((next, rest)) = rest.split_last() else { return [Lanes::splat(simd, *last); N] };
+    let Some((last, lower)) = c.split_last() else { return [constant(simd, 0.0); N] };
+    let Some((next, lower)) = lower.split_last() else { return [Lanes::splat(simd, *last); N] };
     let mut squares = z;
     for square in &mut squares {
         *square = *square * *square;
     }
     let (mut sums, mut others) = ([Lanes::splat(simd, *last); N], [Lanes::splat(simd, *next); N]);
-    for coefficient in rest.iter().rev() {
+    for coefficient in lower.iter().rev() {
         let coefficient = Lanes::splat(simd, *coefficient);
         for k in 0..N {
             (sums[k], others[k]) = (others[k], sums[k] * squares[k] + coefficient);

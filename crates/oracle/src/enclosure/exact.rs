@@ -279,10 +279,10 @@ impl Exact {
 }
 
 /// Adds to the lowest limbs; there is room for the carry.
-fn add_into(all: &mut [u64], terms: &[u64]) {
+fn add_into(digits: &mut [u64], terms: &[u64]) {
     let mut carry = false;
     let zeros = std::iter::repeat(&0);
-    for (index, (limb, term)) in all.iter_mut().zip(terms.iter().chain(zeros)).enumerate() {
+    for (index, (limb, term)) in digits.iter_mut().zip(terms.iter().chain(zeros)).enumerate() {
         if index >= terms.len() && !carry {
             return;
         }
@@ -293,10 +293,10 @@ fn add_into(all: &mut [u64], terms: &[u64]) {
 }
 
 /// Subtracts from the lowest limbs of a larger number.
-fn subtract_from(all: &mut [u64], terms: &[u64]) {
+fn subtract_from(digits: &mut [u64], terms: &[u64]) {
     let mut borrow = false;
     let zeros = std::iter::repeat(&0);
-    for (index, (limb, term)) in all.iter_mut().zip(terms.iter().chain(zeros)).enumerate() {
+    for (index, (limb, term)) in digits.iter_mut().zip(terms.iter().chain(zeros)).enumerate() {
         if index >= terms.len() && !borrow {
             return;
         }

@@ -286,8 +286,8 @@ where
     }
 
     fn from_exact(exact: &Exact, _bits: usize) -> (Self, f64) {
-        let Some((negative, all, _)) = exact.parts() else { return (Self::ZERO, f64::INFINITY) };
-        let leading = &all[all.len().saturating_sub(N + 1)..];
+        let Some((negative, digits, _)) = exact.parts() else { return (Self::ZERO, f64::INFINITY) };
+        let leading = &digits[digits.len().saturating_sub(N + 1)..];
         // The first limb of the number is not 0, so with the guard all places are filled.
         let limb = |i: usize| leading.len().checked_sub(N - i).map_or(0, |at| leading[at]);
         let guard = leading.len().checked_sub(N + 1).map_or(0, |at| leading[at]);
@@ -295,7 +295,7 @@ where
         // Where the first bit is set in the first limb.
         let lifted = leading.last().map_or(0, |first| first.leading_zeros().cast_signed());
         let rounded = Self::normalised(negative, places + lifted, std::array::from_fn(limb), guard);
-        let is_cut = all.len() > N + 1 || guard << lifted != 0;
+        let is_cut = digits.len() > N + 1 || guard << lifted != 0;
         (rounded, if is_cut { rounded.two_units() } else { 0.0 })
     }
 
@@ -418,7 +418,7 @@ mod tests {
         };
         let (p, q) = (x.to_exact(), y.to_exact());
         prop_assert_eq!(Limbs::<N>::from_exact(&p, 64 * N), (x, 0.0));
-        let error = |found: &Limbs<N>, truth: &Exact| (&found.to_exact() - truth).magnitude();
+        let error = |computed: &Limbs<N>, truth: &Exact| (&computed.to_exact() - truth).magnitude();
         let (sum, bound) = x.add(&y);
         prop_assert!(error(&sum, &(&p + &q)) <= bound, "{:e} {bound:e}", error(&sum, &(&p + &q)));
         let (difference, bound) = x.subtract(&y);

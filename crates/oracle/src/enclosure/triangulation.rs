@@ -13,7 +13,8 @@ use crate::enclosure::exact::{Exact, scaled};
 /// Indices of the corners of each triangle, in the polygon's order.
 pub(crate) fn triangles(polygon: &Polygon) -> Vec<[usize; 3]> {
     let [points, others @ ..] = projections(polygon);
-    let is_straight = |rest: &[usize], place: usize| others.iter().chain([&points]).all(|points| is_flat(points, rest, place));
+    let is_straight =
+        |remaining: &[usize], place: usize| others.iter().chain([&points]).all(|points| is_flat(points, remaining, place));
     let mut remaining: Vec<usize> = (0..points.len()).collect();
     let mut triangles = Vec::with_capacity(points.len() - 2);
     while remaining.len() > 3 {
@@ -50,23 +51,23 @@ fn projections(polygon: &Polygon) -> [Vec<Coord<f64>>; 3] {
     [onto(i, j), onto(j, axis), onto(axis, i)]
 }
 
-fn around(rest: &[usize], place: usize) -> [usize; 3] {
-    let count = rest.len();
-    [rest[(place + count - 1) % count], rest[place], rest[(place + 1) % count]]
+fn around(remaining: &[usize], place: usize) -> [usize; 3] {
+    let count = remaining.len();
+    [remaining[(place + count - 1) % count], remaining[place], remaining[(place + 1) % count]]
 }
 
 /// Whether the vertex is seen on the line of its neighbours.
-fn is_flat(points: &[Coord<f64>], rest: &[usize], place: usize) -> bool {
-    let [a, b, c] = around(rest, place).map(|i| points[i]);
+fn is_flat(points: &[Coord<f64>], remaining: &[usize], place: usize) -> bool {
+    let [a, b, c] = around(remaining, place).map(|i| points[i]);
     orient2d(a, b, c) == 0.0
 }
 
 /// Whether the vertex is convex and its triangle holds no other vertex.
-fn is_ear(points: &[Coord<f64>], rest: &[usize], place: usize) -> bool {
-    let corners = around(rest, place);
+fn is_ear(points: &[Coord<f64>], remaining: &[usize], place: usize) -> bool {
+    let corners = around(remaining, place);
     let [a, b, c] = corners.map(|i| points[i]);
     let inside = |p: Coord<f64>| orient2d(a, b, p) >= 0.0 && orient2d(b, c, p) >= 0.0 && orient2d(c, a, p) >= 0.0;
-    orient2d(a, b, c) > 0.0 && !rest.iter().any(|i| !corners.contains(i) && inside(points[*i]))
+    orient2d(a, b, c) > 0.0 && !remaining.iter().any(|i| !corners.contains(i) && inside(points[*i]))
 }
 
 #[cfg(test)]
@@ -81,9 +82,10 @@ mod tests {
 
     #[test]
     fn a_vertex_off_the_line_of_its_neighbours_along_the_projection_alone_is_kept() {
-        let corners = |off: f64| [(0.0, 0.0, 0.0), (1.0, 0.0, off), (2.0, 0.0, 0.0), (2.0, 2.0, 0.0), (0.0, 2.0, 0.0)];
-        let polygon = |off: f64| Polygon::from_rounded(corners(off).map(|(x, y, z)| DVec3::new(x, y, z)).to_vec(), 1e-6).unwrap();
-        assert_eq!([0.0, 1e-7].map(|off| triangles(&polygon(off)).len()), [2, 3]);
+        let corners = |height: f64| [(0.0, 0.0, 0.0), (1.0, 0.0, height), (2.0, 0.0, 0.0), (2.0, 2.0, 0.0), (0.0, 2.0, 0.0)];
+        let polygon =
+            |height: f64| Polygon::from_rounded(corners(height).map(|(x, y, z)| DVec3::new(x, y, z)).to_vec(), 1e-6).unwrap();
+        assert_eq!([0.0, 1e-7].map(|height| triangles(&polygon(height)).len()), [2, 3]);
         assert!((area(&polygon(1e-7)) - 4.0).abs() < 1e-6);
     }
 

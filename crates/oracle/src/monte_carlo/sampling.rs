@@ -161,8 +161,8 @@ mod tests {
                 let [first, second, last] = Corners::new(&whole, height).barycentric([u, 1.0]);
                 assert!(second.abs() < 1e-12 && first > 0.0 && last > 0.0, "{first} {second} {last}");
                 let split = [0, 1].map(|i| first * corners[0][i] + last * corners[2][i]);
-                let [part, all] = [solid_angle([corners[0], corners[1], split], height), solid_angle(corners, height)];
-                assert!((part / all - u).abs() < 1e-6 * u, "{corners:?} {u}: {}", part / all);
+                let [part, whole] = [solid_angle([corners[0], corners[1], split], height), solid_angle(corners, height)];
+                assert!((part / whole - u).abs() < 1e-6 * u, "{corners:?} {u}: {}", part / whole);
             }
         }
     }

@@ -40,7 +40,7 @@ struct GeneratingEdge {
     /// `r x e`, the same all along it.
     moment: DVec3,
     along: DVec3,
-    of: Owner,
+    owner: Owner,
 }
 
 /// The polygon of an edge.
@@ -94,7 +94,7 @@ impl<'a> Silhouette<'a> {
         let index = self.cumulated.partition_point(|sum| *sum <= place).min(self.edges.len().saturating_sub(1));
         let Some(edge) = self.edges.get(index) else { return DVec3::ZERO };
         let weights = edge.arc.weights(v);
-        let sample = match &edge.of {
+        let sample = match &edge.owner {
             Owner::Emitter(border) => self.at_emitter(edge, &border.between(weights)),
             Owner::Occluder { index, ends } => self.at_occluder(edge, *index, ends[0] * weights[0] + ends[1] * weights[1]),
         };
@@ -150,14 +150,14 @@ impl GeneratingEdge {
         let along = FrameVector::new(edge.along[0], edge.along[1], 0.0);
         let arc = Arc::new([a.norm(), b.norm()], a.dot(&b), along.norm(), moment.norm());
         let [moment, space_along] = [moment, along].map(|v| region.to_space(v));
-        Self { arc, length: along.norm(), moment, along: space_along, of: Owner::Emitter(*edge) }
+        Self { arc, length: along.norm(), moment, along: space_along, owner: Owner::Emitter(*edge) }
     }
 
     fn of_occluder(index: usize, ends: [DVec3; 2]) -> Self {
         let [from, to] = ends;
         let (moment, along) = (from.cross(to), to - from);
         let arc = Arc::new([from.length(), to.length()], from.dot(to), along.length(), moment.length());
-        Self { arc, length: along.length(), moment, along, of: Owner::Occluder { index, ends } }
+        Self { arc, length: along.length(), moment, along, owner: Owner::Occluder { index, ends } }
     }
 
     /// A ray just left of `ray`, or just right with `through` reversed, that ends just short of the emitter's plane.

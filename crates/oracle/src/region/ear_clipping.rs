@@ -36,10 +36,10 @@ fn is_flat([a, b, c]: &[PreciseVertex; 3]) -> bool {
 }
 
 /// Whether the corner is convex and no other vertex lies in its triangle.
-fn is_ear(corner: &[PreciseVertex; 3], left: &[PreciseVertex]) -> bool {
+fn is_ear(corner: &[PreciseVertex; 3], remaining: &[PreciseVertex]) -> bool {
     let [a, b, c] = corner;
     twice_area(a, b, c).is_positive()
-        && !left.iter().any(|v| {
+        && !remaining.iter().any(|v| {
             !corner.contains(v) && [(a, b), (b, c), (c, a)].iter().all(|(from, to)| !twice_area(from, to, v).is_negative())
         })
 }

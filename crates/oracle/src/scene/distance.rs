@@ -34,7 +34,7 @@ fn to_segment(p: DVec3, q: DVec3, point: DVec3) -> f64 {
 
 /// Distance of two triangles: 0 where they cross, else that of an edge and an edge or of a vertex and a triangle.
 pub(super) fn between_triangles(s: &Corners3, t: &Corners3) -> f64 {
-    let edges = |of: &Corners3| [0, 1, 2].map(|i| [of[i], of[(i + 1) % 3]]);
+    let edges = |corners: &Corners3| [0, 1, 2].map(|i| [corners[i], corners[(i + 1) % 3]]);
     if edges(s).iter().any(|edge| crosses(edge, t)) || edges(t).iter().any(|edge| crosses(edge, s)) {
         return 0.0;
     }

@@ -64,9 +64,9 @@ pub(super) struct LampTriangle {
 }
 
 impl LampTriangle {
-    pub(super) fn new(face: usize, corners: Corners3, of: &Face) -> Self {
-        let normal = of.polygon.normal();
-        Self { face, emitted: of.emitted, area: area(&corners), normal, tangents: tangents(normal), corners }
+    pub(super) fn new(face: usize, corners: Corners3, surface: &Face) -> Self {
+        let normal = surface.polygon.normal();
+        Self { face, emitted: surface.emitted, area: area(&corners), normal, tangents: tangents(normal), corners }
     }
 
     pub(super) fn power(&self) -> f64 {

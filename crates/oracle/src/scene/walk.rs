@@ -167,7 +167,7 @@ impl Scene {
         let mut contributions = vec![0.0; questions.len()];
         if self.whole_power() == 0.0 {
             // Nothing contributes, and nothing could.
-            moments.iter_mut().for_each(|of| (0..FEWEST).for_each(|_| of.add(0.0)));
+            moments.iter_mut().for_each(|moment| (0..FEWEST).for_each(|_| moment.add(0.0)));
             return moments;
         }
         let mut generator = ChaCha8Rng::seed_from_u64(seed);
@@ -176,7 +176,7 @@ impl Scene {
         for _ in 0..count {
             contributions.fill(0.0);
             self.particle(questions, &mut contributions, &mut generator);
-            moments.iter_mut().zip(&contributions).for_each(|(of, contribution)| of.add(*contribution));
+            moments.iter_mut().zip(&contributions).for_each(|(moment, contribution)| moment.add(*contribution));
         }
         moments
     }

@@ -135,8 +135,8 @@ fn walks_between_two_squares_find_the_known_radiosity() {
         let truth = scene.truth_of_kind(&points, &Effort::default(), kind).unwrap();
         assert!(overlap(&truth.reflected, &mean), "{kind:?} {truth:?} {mean:?}");
         assert!((truth.reflected.value - mean.value).abs() < 0.02 * mean.value, "{kind:?} {truth:?}");
-        for (walked, known) in truth.points.iter().zip(&values) {
-            assert!(overlap(walked, known), "{kind:?} {walked:?} {known:?}");
+        for (walked, exact) in truth.points.iter().zip(&values) {
+            assert!(overlap(walked, exact), "{kind:?} {walked:?} {exact:?}");
         }
     }
 }

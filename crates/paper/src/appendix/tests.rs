@@ -13,10 +13,10 @@ fn receiver(position: [f64; 3], normal: [f64; 3]) -> Receiver {
     Receiver::new(DVec3::from(position), DVec3::from(normal), 1.0).unwrap()
 }
 
-fn assert_close(found: (f64, DVec3), expected: (f64, DVec3), tolerance: f64) {
-    let value = (found.0 / expected.0 - 1.0).abs();
-    let gradient = (found.1 - expected.1).length() / expected.1.length();
-    assert!(value < tolerance && gradient < tolerance, "{found:?} for {expected:?}: {value:e}, {gradient:e}");
+fn assert_close(computed: (f64, DVec3), expected: (f64, DVec3), tolerance: f64) {
+    let value = (computed.0 / expected.0 - 1.0).abs();
+    let gradient = (computed.1 - expected.1).length() / expected.1.length();
+    assert!(value < tolerance && gradient < tolerance, "{computed:?} for {expected:?}: {value:e}, {gradient:e}");
 }
 
 /// Eq. 1 and its gradient over a triangle by a midpoint rule and its Richardson extrapolation, seen part only.

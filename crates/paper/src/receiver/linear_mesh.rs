@@ -190,10 +190,10 @@ impl<'a> Building<'a> {
     fn unlink(&mut self, triangle: usize) {
         let [a, b, c] = self.mesh.triangles[triangle];
         for edge in [ends(a, b), ends(b, c), ends(c, a)] {
-            if let Some(found) = self.edges.get_mut(&edge) {
-                found.triangles.retain(|&t| t != triangle);
-                if found.triangles.is_empty() {
-                    self.queue.remove(&(found.departure.largest.to_bits(), edge));
+            if let Some(entry) = self.edges.get_mut(&edge) {
+                entry.triangles.retain(|&t| t != triangle);
+                if entry.triangles.is_empty() {
+                    self.queue.remove(&(entry.departure.largest.to_bits(), edge));
                     self.edges.remove(&edge);
                 }
             }

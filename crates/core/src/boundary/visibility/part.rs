@@ -53,7 +53,7 @@ impl<T: Real> Sides<T> {
     /// The side of an edge of the emitter: of a diagonal, that of the neighbour who has it already.
     pub(super) fn add_emitter_edge(&mut self, generator: impl FnOnce() -> Generator<T>, name: EdgeName) -> Facing {
         match self.0.iter().position(|side| side.name == Some(name)) {
-            Some(known) => Facing::forward(known).reversed(),
+            Some(line) => Facing::forward(line).reversed(),
             None => self.add(generator(), Some(name)),
         }
     }

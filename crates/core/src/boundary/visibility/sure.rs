@@ -317,20 +317,20 @@ impl<'a> Visible<'a> {
         piece: Piece,
         shadow: &Cone,
         is_dark_along: impl Fn(bool) -> bool,
-        left: &mut Pieces,
+        lit: &mut Pieces,
     ) -> Result<(), Unsure> {
         let dark = self.within(piece, shadow)?.filter(|&(_, along)| {
             along.is_none_or(|side| is_dark_along(self.sides[piece.side].normal().dot(self.sides[side].normal()) > 0.0))
         });
         let Some((dark, _)) = dark else {
-            left.push(piece);
+            lit.push(piece);
             return Ok(());
         };
         if dark.from != piece.from {
-            left.push(Piece { to: dark.from, ..piece });
+            lit.push(Piece { to: dark.from, ..piece });
         }
         if dark.to != piece.to {
-            left.push(Piece { from: dark.to, ..piece });
+            lit.push(Piece { from: dark.to, ..piece });
         }
         Ok(())
     }
@@ -342,15 +342,15 @@ impl<'a> Visible<'a> {
 
     /// Adds the pieces that bound the visible part.
     fn add_pieces(&mut self, emitter: &Cone, shadows: &[Cone]) -> Result<(), Unsure> {
-        let (mut pieces, mut left) = (Pieces::new(), Pieces::new());
+        let (mut pieces, mut lit) = (Pieces::new(), Pieces::new());
         for piece in emitter.pieces() {
             pieces.push(piece);
             Self::pay(shadows.len())?;
             for shadow in shadows {
                 for piece in pieces.drain(..) {
-                    self.subtract(piece, shadow, |is_same_way| is_same_way, &mut left)?;
+                    self.subtract(piece, shadow, |is_same_way| is_same_way, &mut lit)?;
                 }
-                std::mem::swap(&mut pieces, &mut left);
+                std::mem::swap(&mut pieces, &mut lit);
             }
             self.pieces.extend(pieces.drain(..));
         }
@@ -364,9 +364,9 @@ impl<'a> Visible<'a> {
                 Self::pay(others.len())?;
                 for &other in &others {
                     for piece in pieces.drain(..) {
-                        self.subtract(piece, &shadows[other], |is_same_way| !is_same_way || other < number, &mut left)?;
+                        self.subtract(piece, &shadows[other], |is_same_way| !is_same_way || other < number, &mut lit)?;
                     }
-                    std::mem::swap(&mut pieces, &mut left);
+                    std::mem::swap(&mut pieces, &mut lit);
                 }
                 self.pieces.extend(pieces.drain(..));
             }

@@ -19,7 +19,7 @@ use crate::problem::polygon::Polygon;
 use crate::problem::receiver::Receiver;
 
 /// The sums for a unit emission, and bounds on their errors where they were asked for.
-type Found = (IrradianceAndGradient<f64>, Option<BoundedSum>);
+type SumsAndBound = (IrradianceAndGradient<f64>, Option<BoundedSum>);
 
 /// The plan and the sums for a unit emission, where double precision is sure of all decisions.
 #[inline]
@@ -59,7 +59,7 @@ pub(crate) fn bounded_where_sure(receiver: &Receiver, polygon: &Polygon, narrow:
 }
 
 #[inline(always)]
-fn with_bound((terms, bound): Found) -> Option<(IrradianceAndGradient<f64>, BoundedSum)> {
+fn with_bound((terms, bound): SumsAndBound) -> Option<(IrradianceAndGradient<f64>, BoundedSum)> {
     Some((terms, bound?))
 }
 
@@ -71,12 +71,12 @@ fn sums<S: Simd, const VALUE: bool, const GRADIENT: bool, const BOUND: bool, A>(
     receiver: &Receiver,
     polygon: &Polygon,
     plan: &Plan,
-    answer: impl Fn(Found) -> Option<A>,
+    answer: impl Fn(SumsAndBound) -> Option<A>,
 ) -> Option<A> {
     if plan.horizon == Horizon::Above {
         if BOUND {
-            if let Some(found) = whole::<_, VALUE, GRADIENT, BOUND, false>(simd, receiver, polygon, plan.power) {
-                return answer(found);
+            if let Some(narrow) = whole::<_, VALUE, GRADIENT, BOUND, false>(simd, receiver, polygon, plan.power) {
+                return answer(narrow);
             }
         } else if let Some(terms) = without_power(
             plan,
@@ -96,7 +96,7 @@ fn cut_or_wide<S: Simd, const VALUE: bool, const GRADIENT: bool, const BOUND: bo
     receiver: &Receiver,
     polygon: &Polygon,
     plan: &Plan,
-) -> Option<Found> {
+) -> Option<SumsAndBound> {
     simd.vectorize(
         #[inline(always)]
         || match plan.horizon {
@@ -113,7 +113,7 @@ fn whole<S: Simd, const VALUE: bool, const GRADIENT: bool, const BOUND: bool, co
     receiver: &Receiver,
     polygon: &Polygon,
     power: f64,
-) -> Option<Found> {
+) -> Option<SumsAndBound> {
     let (x, n1) = (splat_vector(simd, receiver.position()), splat_vector(simd, receiver.normal()));
     let mut sums = LaneSums::default();
     let mut remaining = polygon.vertices().len();
@@ -140,7 +140,7 @@ fn cut<S: Simd, const VALUE: bool, const GRADIENT: bool, const BOUND: bool>(
     receiver: &Receiver,
     polygon: &Polygon,
     power: f64,
-) -> Option<Found> {
+) -> Option<SumsAndBound> {
     let [edges] = polygon.four_edges() else { return None };
     let (n1, count) = (splat_vector(simd, receiver.normal()), polygon.vertices().len());
     let part = Cut::new(simd, receiver, edges, count, power)?;
@@ -220,7 +220,7 @@ impl LaneSums {
     }
 
     #[inline(always)]
-    fn total<const BOUND: bool>(self) -> Found {
+    fn total<const BOUND: bool>(self) -> SumsAndBound {
         let Self { angles, edges, along, others } = self;
         let terms = IrradianceAndGradient { irradiance: angles * -0.5, gradient: edges };
         let bound = if BOUND { Some(BoundedSum::new(&terms, others.x, along.norm() + others.y + others.z)) } else { None };

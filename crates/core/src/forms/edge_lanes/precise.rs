@@ -92,10 +92,10 @@ fn constant_on<S: Simd>(
     let n1 = splat_precise(simd, receiver.precise_normal());
     let zero = splat(simd, DoubleDouble::ZERO);
     let (mut angles, mut edges) = (Vec3::new(zero, zero, zero), Vec3::new(zero, zero, zero));
-    let (mut rest, mut share) = (polygon.vertices().len(), SHARE);
+    let (mut remaining, mut share) = (polygon.vertices().len(), SHARE);
     let fours = polygon.four_edges();
     for from in fours {
-        let mut used = first(simd, rest);
+        let mut used = first(simd, remaining);
         let mut four = Edges::new(simd, from, receiver, plan.power, fours.len() == 1)?;
         if plan.horizon == Horizon::Crossing {
             if fours.len() > 1 {
@@ -106,7 +106,7 @@ fn constant_on<S: Simd>(
             let lane = first(simd, 1);
             angles = only(lane, cut.closing.generator.normal() * cut.closing.angle, zero);
         }
-        rest = rest.saturating_sub(4);
+        remaining = remaining.saturating_sub(4);
         let Edges { arc, line, .. } = &four;
         angles = angles + only(used, line.normal * arc.angle, zero);
         let cosines = four.at_ends(
@@ -154,11 +154,11 @@ fn linear_on<S: Simd>(
     let zero = splat(simd, DoubleDouble::ZERO);
     let none = Vec3::new(zero, zero, zero);
     let (mut angles, mut contours, mut edges, mut x1) = (none, none, none, zero);
-    let (mut rest, mut share) = (polygon.vertices().len(), SHARE);
+    let (mut remaining, mut share) = (polygon.vertices().len(), SHARE);
     let inverse = splat(simd, DoubleDouble::from(1.0)) / (lanes.height * lanes.height);
     let fours = polygon.four_edges();
     for from in fours {
-        let mut used = first(simd, rest);
+        let mut used = first(simd, remaining);
         let mut four = Edges::new(simd, from, receiver, plan.power, fours.len() == 1)?;
         if plan.horizon == Horizon::Crossing {
             if fours.len() > 1 {
@@ -176,7 +176,7 @@ fn linear_on<S: Simd>(
         }
         let Edges { arc, line, .. } = &four;
         let frame = line.frame();
-        rest = rest.saturating_sub(4);
+        remaining = remaining.saturating_sub(4);
         let logarithms = four.at_ends(
             #[inline(always)]
             |end| logarithm(end, inverse),
@@ -325,9 +325,9 @@ impl<S: Simd> Edges<S> {
 
     /// A function of the two ends.
     #[inline(always)]
-    fn at_ends(&self, of: impl Fn(&Sighted<Four<S>>) -> Four<S>) -> [Four<S>; 2] {
-        let start = of(&self.arc.start);
-        [start, if self.closed { both(start, next) } else { of(&self.arc.end) }]
+    fn at_ends(&self, function: impl Fn(&Sighted<Four<S>>) -> Four<S>) -> [Four<S>; 2] {
+        let start = function(&self.arc.start);
+        [start, if self.closed { both(start, next) } else { function(&self.arc.end) }]
     }
 }
 
@@ -362,8 +362,8 @@ fn in_lane<S: Simd>(simd: S, sighted: Sighted<Four<S>>, bit: u64) -> Sighted<Fou
 
 /// A function of the two parts, that moves lanes.
 #[inline(always)]
-fn both<S: Simd>(c: Four<S>, of: impl Fn(f64x4<S>) -> f64x4<S>) -> Four<S> {
-    DoubleDouble { hi: of(c.hi), lo: of(c.lo) }
+fn both<S: Simd>(c: Four<S>, function: impl Fn(f64x4<S>) -> f64x4<S>) -> Four<S> {
+    DoubleDouble { hi: function(c.hi), lo: function(c.lo) }
 }
 
 /// The difference of two points, exact, times a power of two.
@@ -484,7 +484,7 @@ mod tests {
     #[test]
     fn constant_sums_are_within_their_bound_of_those_of_256_bits_on_every_instruction_set() {
         let mut random = ChaCha8Rng::seed_from_u64(17);
-        let (mut found, mut wide, mut cut, mut worst) = (0, 0, 0, [0.0f64; 2]);
+        let (mut cases, mut wide, mut cut, mut worst) = (0, 0, 0, [0.0f64; 2]);
         for i in 0..3000 {
             let Some(Drawn { polygon, receiver, plan, is_close, .. }) = drawn(&mut random, i) else { continue };
             let mut first = None;
@@ -505,7 +505,7 @@ mod tests {
                 let irradiance = Vec3::from(receiver.normal()).dot(error(irradiance, truth.irradiance)).abs();
                 [irradiance / bound.irradiance, error(gradient, truth.gradient).length() / bound.gradient]
             });
-            found += 1;
+            cases += 1;
             wide += usize::from(is_close);
             cut += usize::from(plan.horizon == Horizon::Crossing);
             for (worst, error) in worst.iter_mut().zip(errors.unwrap()) {
@@ -513,17 +513,17 @@ mod tests {
                 *worst = worst.max(error / share);
             }
         }
-        println!("{found} found, {wide} of them close above, {cut} cut, worst error over bound {worst:?}");
+        println!("{cases} found, {wide} of them close above, {cut} cut, worst error over bound {worst:?}");
         assert!(
-            found > 1000 && wide > 100 && cut > 100 && worst.iter().all(|&worst| worst > 1e-7 && worst < 1.0 / 16.0),
-            "{found} {wide} {cut} {worst:?}"
+            cases > 1000 && wide > 100 && cut > 100 && worst.iter().all(|&worst| worst > 1e-7 && worst < 1.0 / 16.0),
+            "{cases} {wide} {cut} {worst:?}"
         );
     }
 
     #[test]
     fn linear_sums_are_within_their_bound_of_those_of_256_bits_on_every_instruction_set() {
         let mut random = ChaCha8Rng::seed_from_u64(18);
-        let (mut found, mut close, mut cut, mut worst) = (0, 0, 0, [0.0f64; 2]);
+        let (mut cases, mut close, mut cut, mut worst) = (0, 0, 0, [0.0f64; 2]);
         for i in 0..2000 {
             let Some(Drawn { polygon, receiver, size, plan, is_close }) = drawn(&mut random, i) else { continue };
             let emitter = Emitter::new(polygon, Emission::gradient(1.0, vector(&mut random, 1.0 / size))).unwrap();
@@ -543,7 +543,7 @@ mod tests {
                 let irradiance = Vec3::from(receiver.normal()).dot(error(irradiance, truth.irradiance)).abs();
                 [irradiance / bound.radiosity, error(gradient, truth.gradient).length() / bound.gradient]
             });
-            found += 1;
+            cases += 1;
             close += usize::from(is_close);
             cut += usize::from(plan.horizon == Horizon::Crossing);
             for (worst, error) in worst.iter_mut().zip(errors.unwrap()) {
@@ -551,10 +551,10 @@ mod tests {
                 *worst = worst.max(error);
             }
         }
-        println!("{found} found, {close} of them close above, {cut} cut, worst error over bound {worst:?}");
+        println!("{cases} found, {close} of them close above, {cut} cut, worst error over bound {worst:?}");
         assert!(
-            found > 500 && close > 60 && cut > 20 && worst.iter().all(|&worst| worst > 1e-7 && worst < 1.0 / 16.0),
-            "{found} {close} {cut} {worst:?}"
+            cases > 500 && close > 60 && cut > 20 && worst.iter().all(|&worst| worst > 1e-7 && worst < 1.0 / 16.0),
+            "{cases} {close} {cut} {worst:?}"
         );
     }
 }

@@ -178,18 +178,18 @@ fn restricted<T: Real>(polynomial: &Polynomial, coordinates: &Coordinates<T>) ->
 /// A sum of terms as a polynomial in the plane, by Horner's rule in each coordinate in turn: as many products as there are
 /// combinations of exponents, and not for each of them as many as its degree.
 fn nested<T: Real>(terms: &[&Monomial], affine: &[(T, [T; 2])], unit: f64) -> Bivariate<T> {
-    let Some(((constant, along), rest)) = affine.split_last() else {
+    let Some(((constant, along), outer)) = affine.split_last() else {
         let mut sum = Bivariate::zero(0);
         *sum.coefficient_mut(0, 0) = terms.iter().fold(T::exact(0.0), |sum, term| sum + T::exact(term.coefficient));
         return sum;
     };
-    let axis = rest.len();
+    let axis = outer.len();
     let mut sum: Option<Bivariate<T>> = None;
     let degree = terms.iter().map(|term| term.powers[axis]).max().unwrap_or(0);
     for power in (0..=degree).rev() {
         let of_power: Vec<&Monomial> = terms.iter().copied().filter(|term| term.powers[axis] == power).collect();
         let raised = sum.map(|sum| sum.times_linear(*constant, *along).map(|_, _, c| c.scaled(unit)));
-        let added = (!of_power.is_empty()).then(|| nested(&of_power, rest, unit));
+        let added = (!of_power.is_empty()).then(|| nested(&of_power, outer, unit));
         sum = match (raised, added) {
             (Some(raised), Some(added)) if raised.degree() >= added.degree() => Some(raised.plus(&added)),
             (Some(raised), Some(added)) => Some(added.plus(&raised)),
