@@ -203,11 +203,11 @@ impl<'a> Model<'a> {
 
     /// Whether any part of each of two faces may be in front of the other.
     fn may_see(&self, a: usize, b: usize) -> bool {
-        let is_before = |seen: usize, from: usize| {
+        let is_before = |other: usize, from: usize| {
             let Face { normal, triangles, .. } = &self.faces[from];
             let origin = triangles[0].corners[0];
             let above = |corner: &DVec3| normal.dot(*corner - origin) > LEVEL * (*corner - origin).length();
-            self.faces[seen].triangles.iter().flat_map(|triangle| &triangle.corners).any(above)
+            self.faces[other].triangles.iter().flat_map(|triangle| &triangle.corners).any(above)
         };
         is_before(a, b) && is_before(b, a)
     }

@@ -140,7 +140,7 @@ impl<'a> Light<'a> {
         let walker = FromPoint { light: self, walks: self.walks.clone(), face: place.face, point, normal, direct };
         let mut trial = Trial::new(walker, request, delta, 3 + index as u64)?;
         let cut = trial.cut();
-        let each = |(cut, most): (f64, f64)| if most > 0.0 { cut / most } else { 0.0 };
+        let each = |(cut, bound): (f64, f64)| if bound > 0.0 { cut / bound } else { 0.0 };
         trial.walker.walks.cut = cut.into_iter().zip(self.to_come()).map(each).collect();
         let outcome = trial.run()?;
         let with = |(limits, direct): (&Interval, &[f64; 2])| Interval {
@@ -267,7 +267,7 @@ impl Walker for FromPoint<'_> {
     }
 
     fn leaves_out(&self) -> Vec<f64> {
-        self.walks.cut.iter().zip(self.light.to_come()).map(|(cut, most)| cut * most).collect()
+        self.walks.cut.iter().zip(self.light.to_come()).map(|(cut, bound)| cut * bound).collect()
     }
 }
 

@@ -109,13 +109,13 @@ fn answer(receiver: &Receiver, emitter: &Emitter, occluders: &[&Polygon], tolera
     };
     let Some(plan) = plan else { return Ok(Answer::ZERO) };
     let case = Case { receiver, emitter, occluders, plan: &plan };
-    if occluders.is_empty() { case.answer(tolerance) } else { past_occluders(&case, tolerance) }
+    if occluders.is_empty() { case.answer(tolerance) } else { answer_occluded(&case, tolerance) }
 }
 
 /// The answer past those occluders that may hide something.
 #[cold]
 #[inline(never)]
-fn past_occluders(case: &Case<'_>, tolerance: f64) -> Result<Answer, Error> {
+fn answer_occluded(case: &Case<'_>, tolerance: f64) -> Result<Answer, Error> {
     match &*case.near_by() {
         [] => answer(case.receiver, case.emitter, &[], tolerance),
         occluders => Case { occluders, ..*case }.answer(tolerance),

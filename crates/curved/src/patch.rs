@@ -81,9 +81,9 @@ fn refused(what: &'static str, rule: String) -> Error {
 }
 
 /// Whether angles rise by no more than a turn, or half a one.
-fn range(name: &'static str, [from, to]: [f64; 2], low: f64, most: f64) -> Result<(), Error> {
-    let fits = from < to && to - from <= most * (1.0 + 1e-15) && from.is_finite() && from >= low;
-    let rule = || format!("angles from {from} to {to}: they must rise, from {low} or more, by no more than {most}");
+fn range(name: &'static str, [from, to]: [f64; 2], low: f64, high: f64) -> Result<(), Error> {
+    let fits = from < to && to - from <= high * (1.0 + 1e-15) && from.is_finite() && from >= low;
+    let rule = || format!("angles from {from} to {to}: they must rise, from {low} or more, by no more than {high}");
     if fits { Ok(()) } else { Err(refused(name, rule())) }
 }
 

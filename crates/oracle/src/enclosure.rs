@@ -130,7 +130,7 @@ pub fn enclose(receiver: &Receiver, emitter: &Emitter, digits: u32) -> Result<En
 /// # Errors
 /// As [`enclose`]; with the arithmetic given, also if its rounding is too coarse.
 pub fn enclose_source(receiver: &Receiver, source: &Source<'_>, request: &Request) -> Result<Enclosure, Error> {
-    enclose_source_past(receiver, source, &[], request)
+    enclose_source_occluded(receiver, source, &[], request)
 }
 
 /// Encloses radiosity and gradient at `receiver` due to the part of `emitter` that it sees past opaque polygons.
@@ -143,28 +143,28 @@ pub fn enclose_source(receiver: &Receiver, source: &Source<'_>, request: &Reques
 ///
 /// ```
 /// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver};
-/// use radgrad_oracle::enclose_past;
+/// use radgrad_oracle::enclose_occluded;
 /// let rectangle = |x: [f64; 2], z| {
 ///     Polygon::new([(0, 0.0), (0, 1.0), (1, 1.0), (1, 0.0)].map(|(i, y)| DVec3::new(x[i], y, z)).to_vec())
 /// };
 /// let receiver = Receiver::new(DVec3::ZERO, DVec3::Z, 1.0)?;
 /// let lamp = Emitter::new(rectangle([-1.0, 1.0], 1.0)?, Emission::Constant(1.0))?;
-/// let half = enclose_past(&receiver, &lamp, &[rectangle([-1.0, 0.0], 0.5)?], 20)?;
+/// let half = enclose_occluded(&receiver, &lamp, &[rectangle([-1.0, 0.0], 0.5)?], 20)?;
 /// assert!(half.radiosity.error_of(0.138_531_605_994_893) < 1e-15);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
 /// # Errors
 /// As [`enclose`].
-pub fn enclose_past(receiver: &Receiver, emitter: &Emitter, occluders: &[Polygon], digits: u32) -> Result<Enclosure, Error> {
-    enclose_source_past(receiver, &Source::Emitter(emitter), occluders, &Request::digits(digits))
+pub fn enclose_occluded(receiver: &Receiver, emitter: &Emitter, occluders: &[Polygon], digits: u32) -> Result<Enclosure, Error> {
+    enclose_source_occluded(receiver, &Source::Emitter(emitter), occluders, &Request::digits(digits))
 }
 
 /// The same for any emission, arithmetic and budget.
 ///
 /// # Errors
 /// As [`enclose_source`].
-pub fn enclose_source_past(
+pub fn enclose_source_occluded(
     receiver: &Receiver,
     source: &Source<'_>,
     occluders: &[Polygon],

@@ -137,16 +137,16 @@ struct AppendixSums<'a> {
 }
 
 impl<'a> AppendixSums<'a> {
-    fn new([n1, n2, k]: [DVec3; 3], seen: &[Vertex], misprints: Misprints<'a>) -> Result<Self, Error> {
-        let count = seen.len();
-        let r = |i: usize| seen[i % count].r;
+    fn new([n1, n2, k]: [DVec3; 3], visible: &[Vertex], misprints: Misprints<'a>) -> Result<Self, Error> {
+        let count = visible.len();
+        let r = |i: usize| visible[i % count].r;
         let summed = count - misprints.choose(Misprint::LastEdgeMissing, 0, 1);
         let edges: Vec<AppendixEdge> =
             (0..summed).map(|i| AppendixEdge::new(i, [r(i), r(i + 1), r(i + 2)], misprints)).collect::<Result<_, _>>()?;
         let c = n2.dot(n1.cross(k));
         let (x1, x2) = if c == 0.0 { (0.0, 0.0) } else { surface::x1_x2(&edges, n2) };
         let x1 = misprints.choose(Misprint::X1Missing, x1, 0.0);
-        Ok(Self { n1, n2, k, c, x1, x2, edges, b: seen.iter().map(|v| v.b).collect(), misprints })
+        Ok(Self { n1, n2, k, c, x1, x2, edges, b: visible.iter().map(|v| v.b).collect(), misprints })
     }
 
     /// `delta B_i = B_{i+1} - B_i`.

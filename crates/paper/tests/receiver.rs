@@ -144,9 +144,9 @@ fn fewer_elements_than_uniform_ones_for_the_same_true_error() {
         let value = |p: DVec3| light.sample(DVec3::new(centre(p.x), centre(p.y), 0.0), DVec3::Z).ok().map(|s| s.value);
         true_error(half, &light, value).0
     };
-    let n = (1..).map(|k| 4 * k).find(|&n| uniform(n) <= off).unwrap();
+    let n = (1..).map(|k| 4 * k).find(|&n| uniform(n) <= error).unwrap();
     let ratio = f64::from(n * n) / mesh.elements().len() as f64;
-    assert!(ratio >= 3.0, "{} elements against {n} x {n}, off {off}", mesh.elements().len());
+    assert!(ratio >= 3.0, "{} elements against {n} x {n}, off {error}", mesh.elements().len());
     println!("{} elements, uniform {}: {ratio:.1} times", mesh.elements().len(), n * n);
 }
 

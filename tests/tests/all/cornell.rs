@@ -4,7 +4,7 @@
 //! The coordinates are those that Cornell University's Program of Computer Graphics measured, in millimetres.
 
 use radgrad_core::{Answer, DVec3, Emission, Emitter, Polygon, Receiver, evaluate};
-use radgrad_oracle::{Enclosure, enclose_past};
+use radgrad_oracle::{Enclosure, enclose_occluded};
 use radgrad_scene::{Beam, Degenerate, FormFactors, Scene};
 
 struct Room {
@@ -28,7 +28,7 @@ impl Room {
 
     fn truth(&self, receiver: &Receiver, more: &[Polygon]) -> Enclosure {
         let occluders: Vec<Polygon> = self.others().chain(more).cloned().collect();
-        enclose_past(receiver, &self.lamp, &occluders, 18).unwrap()
+        enclose_occluded(receiver, &self.lamp, &occluders, 18).unwrap()
     }
 
     /// With the occluders that the index finds, and those.
@@ -60,7 +60,7 @@ fn the_left_wall_is_split_and_said_to_be() {
 #[test]
 fn value_and_gradient_are_the_oracles_anywhere_in_the_box() {
     let room = Room::read();
-    let (mut seen, mut partly, mut dark) = (0, 0, 0);
+    let (mut visible, mut partly, mut dark) = (0, 0, 0);
     // On the floor, which is exactly level, and above it, facing all ways.
     let normals = [DVec3::Y, DVec3::new(0.6, 0.3, -0.2), DVec3::new(-0.5, 0.8, 0.4)];
     for k in 0..60 {
@@ -79,10 +79,10 @@ fn value_and_gradient_are_the_oracles_anywhere_in_the_box() {
         } else if answer.radiosity < 0.999 * free {
             partly += 1;
         } else {
-            seen += 1;
+            visible += 1;
         }
     }
-    assert!(seen > 10 && partly > 3 && dark > 3, "{seen} {partly} {dark}");
+    assert!(visible > 10 && partly > 3 && dark > 3, "{visible} {partly} {dark}");
 }
 
 #[test]

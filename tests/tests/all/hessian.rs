@@ -28,14 +28,14 @@ fn cases(family: Family, count: u64) -> impl Iterator<Item = (u64, Seen)> {
 }
 
 /// Gradients of so many digits by the closed form.
-fn by_closed_form(seen: &Seen, digits: u32) -> impl Fn(&Receiver) -> [String; 3] {
-    move |receiver| evaluate_digits(receiver, &seen.emitter, &seen.occluders, digits).unwrap().gradient
+fn by_closed_form(scene: &Seen, digits: u32) -> impl Fn(&Receiver) -> [String; 3] {
+    move |receiver| evaluate_digits(receiver, &scene.emitter, &scene.occluders, digits).unwrap().gradient
 }
 
 /// Relative error of the answer to 1e-12, after every tolerance was seen to be met and every bound to hold.
-fn checked(seen: &Seen, truth: &Matrix, case: &str) -> (f64, Hessian) {
+fn checked(scene: &Seen, truth: &Matrix, case: &str) -> (f64, Hessian) {
     let answers = TOLERANCES.map(|tolerance| {
-        let answer = hessian_to(&seen.receiver(DVec3::ZERO), &seen.emitter, &seen.occluders, tolerance).unwrap();
+        let answer = hessian_to(&scene.receiver(DVec3::ZERO), &scene.emitter, &scene.occluders, tolerance).unwrap();
         let error = truth.distance(&answer.matrix);
         assert!(error <= answer.error, "{case} to {tolerance:e}: off by {error:e}, {answer:?}");
         assert!(answer.meets(tolerance.max(1.2e-16)), "{case} to {tolerance:e}: {answer:?}");
@@ -47,13 +47,13 @@ fn checked(seen: &Seen, truth: &Matrix, case: &str) -> (f64, Hessian) {
 #[test]
 fn it_is_the_difference_of_enclosed_gradients() {
     for family in Family::ALL {
-        for (index, seen) in cases(family, 3) {
+        for (index, scene) in cases(family, 3) {
             // Half of 50 digits go into the step, which leaves an error of 1e-28 by the order of the difference.
-            let truth = seen.hessian(1e-14, |receiver| {
-                let enclosed = enclose(receiver, &seen.emitter, 50).unwrap();
+            let truth = scene.hessian(1e-14, |receiver| {
+                let enclosed = enclose(receiver, &scene.emitter, 50).unwrap();
                 enclosed.gradient.map(|component| component.to_decimal().unwrap())
             });
-            checked(&seen, &truth, &format!("{family}:5:{index}"));
+            checked(&scene, &truth, &format!("{family}:5:{index}"));
         }
     }
 }
@@ -63,16 +63,16 @@ fn every_family_meets_every_tolerance_and_keeps_its_bound() {
     for family in Family::ALL {
         let (mut worst, mut untold) = (0.0_f64, 0);
         let mut rungs = BTreeMap::new();
-        for (index, seen) in cases(family, 40) {
-            let gradient = by_closed_form(&seen, 80);
-            let [truth, coarse] = [1e-20, 1e-19].map(|part| seen.hessian(part, &gradient));
+        for (index, scene) in cases(family, 40) {
+            let gradient = by_closed_form(&scene, 80);
+            let [truth, coarse] = [1e-20, 1e-19].map(|part| scene.hessian(part, &gradient));
             if truth.distance_to(&coarse) > 1e-30 * truth.norm() {
                 // Lengths of 2^900 beside such of 2^-900 leave gradients of 80 digits none that their differences have.
                 assert!(family == Family::MixedExponents, "{family}:5:{index}: the difference has no digits");
                 untold += 1;
                 continue;
             }
-            let (error, answer) = checked(&seen, &truth, &format!("{family}:5:{index}"));
+            let (error, answer) = checked(&scene, &truth, &format!("{family}:5:{index}"));
             worst = worst.max(error);
             *rungs.entry(answer.method.name()).or_insert(0) += 1;
         }

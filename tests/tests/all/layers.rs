@@ -159,12 +159,12 @@ fn upward(imports: &Imports, floors: &[&[&str]]) -> Vec<(String, String)> {
 /// The sets of at least two files that reach each other.
 fn circles(imports: &Imports) -> Vec<Vec<String>> {
     let reached = |from: &str| {
-        let (mut seen, mut open) = (BTreeSet::new(), vec![from.to_owned()]);
+        let (mut reached, mut open) = (BTreeSet::new(), vec![from.to_owned()]);
         while let Some(file) = open.pop() {
             let next = imports.get(&file).into_iter().flatten();
-            open.extend(next.filter(|to| seen.insert((*to).clone())).cloned());
+            open.extend(next.filter(|to| reached.insert((*to).clone())).cloned());
         }
-        seen
+        reached
     };
     let reach: BTreeMap<&String, BTreeSet<String>> = imports.keys().map(|file| (file, reached(file))).collect();
     let circle = |file: &String| -> Vec<String> {

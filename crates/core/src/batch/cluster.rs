@@ -119,8 +119,8 @@ impl Cluster {
         let (mut reach, mut outside) = (0.0, 0.0);
         for (axis, half) in self.axes.iter().zip(self.half) {
             reach += n1.dot(*axis).abs() * half;
-            let beyond = (axis.dot(v).abs() - half).max(0.0);
-            outside += beyond * beyond;
+            let excess = (axis.dot(v).abs() - half).max(0.0);
+            outside += excess * excess;
         }
         let clear = (outside.sqrt() - slack).max(0.0);
         let height = n1.dot(v);

@@ -258,7 +258,7 @@ impl Interpolation<'_> {
                     for node in 0..count {
                         constant(simd, 0.0).store(&mut areas[node * SIDE_BY_SIDE + lane..]);
                     }
-                    self.integrate(simd, [a, ab, bc], lamps.glow(simd, k, entry), &mut areas[lane..]);
+                    self.integrate(simd, [a, ab, bc], lamps.emission(simd, k, entry), &mut areas[lane..]);
                     for (sums, emitted) in sums.iter_mut().zip([emitted.x, emitted.y, emitted.z]) {
                         for node in 0..count {
                             let offset = node * SIDE_BY_SIDE + lane;
@@ -280,7 +280,7 @@ impl Interpolation<'_> {
         &self,
         simd: S,
         [a, ab, bc]: [Vec3<Lanes<S, f64>>; 3],
-        [glow, glow_ab, glow_bc]: [Lanes<S, f64>; 3],
+        [base, along_ab, along_bc]: [Lanes<S, f64>; 3],
         areas: &mut [f64],
     ) {
         let Cluster { centre, axes, half, .. } = self.cluster;
@@ -288,7 +288,7 @@ impl Interpolation<'_> {
         for (u, first) in self.gauss {
             for (v, second) in self.gauss {
                 let point = a + (ab + bc * Lanes::splat(simd, *v)) * Lanes::splat(simd, *u) - centre;
-                let emission = glow + (glow_ab + glow_bc * Lanes::splat(simd, *v)) * Lanes::splat(simd, *u);
+                let emission = base + (along_ab + along_bc * Lanes::splat(simd, *v)) * Lanes::splat(simd, *u);
                 let area = emission * Lanes::splat(simd, u * first * second);
                 let mut values = [[constant(simd, 0.0); DEGREES]; 3];
                 for k in 0..3 {

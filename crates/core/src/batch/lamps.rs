@@ -101,7 +101,7 @@ impl Lamps {
     /// The emission over triangle k of the fans from vertex 0 of a vector of emitters: `b + u (b_ab + v b_bc)` at
     /// `a + u (ab + v bc)`, in units of the brightness.
     #[inline(always)]
-    pub(super) fn glow<S: Simd>(&self, simd: S, k: usize, entry: usize) -> [Lanes<S, f64>; 3] {
+    pub(super) fn emission<S: Simd>(&self, simd: S, k: usize, entry: usize) -> [Lanes<S, f64>; 3] {
         match self {
             Self::Constant(_) => [constant(simd, 1.0), constant(simd, 0.0), constant(simd, 0.0)],
             Self::Linear(group) => {

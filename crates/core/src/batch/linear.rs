@@ -49,12 +49,12 @@ type Vector<S> = Vec3<Lanes<S, f64>>;
 #[derive(Debug, Clone)]
 pub(super) struct LinearLamp {
     outline: Outlined<f64>,
-    glow: Glow,
+    emission: AffineEmission,
 }
 
 /// The emission of one emitter.
 #[derive(Debug, Clone)]
-pub(super) struct Glow {
+pub(super) struct AffineEmission {
     at_vertices: Vec<f64>,
     gradient: [f64; 3],
     /// The largest of them; a bound on the gradient's length which, times 4u, bounds its error.
@@ -66,7 +66,7 @@ pub(super) struct Glow {
     brightness: f64,
 }
 
-impl Glow {
+impl AffineEmission {
     /// With lengths times a power of two. `None` for other emissions, and where the plane or the emission over it is not known to
     /// a few roundings: the bound counts no more.
     pub(super) fn new(emitter: &Emitter, power: f64) -> Option<Self> {
@@ -98,7 +98,7 @@ impl Glow {
 }
 
 /// The emission of an emitter on all lanes, or of one a lane.
-pub(super) trait Glowing<S: Simd> {
+pub(super) trait EmissionOnLanes<S: Simd> {
     /// Where edge `index` starts and where it ends.
     fn ends(&self, simd: S, index: usize) -> [Wide<S>; 2];
     /// `gB`, its length, and the largest magnitude at a vertex.
@@ -107,7 +107,7 @@ pub(super) trait Glowing<S: Simd> {
     fn largest(&self, simd: S) -> Wide<S>;
 }
 
-impl<S: Simd> Glowing<S> for &Glow {
+impl<S: Simd> EmissionOnLanes<S> for &AffineEmission {
     #[inline(always)]
     fn ends(&self, simd: S, index: usize) -> [Wide<S>; 2] {
         let next = if index + 1 == self.at_vertices.len() { 0 } else { index + 1 };
@@ -128,12 +128,12 @@ impl<S: Simd> Glowing<S> for &Glow {
 }
 
 impl LinearLamp {
-    /// `None` where [`Outlined::new`] or [`Glow::new`] gives none.
+    /// `None` where [`Outlined::new`] or [`AffineEmission::new`] gives none.
     pub(super) fn new(emitter: &Emitter) -> Option<Self> {
         let Emission::Linear(_) = emitter.emission() else { return None };
         let outline = Outlined::new(emitter.polygon())?;
-        let glow = Glow::new(emitter, outline.power)?;
-        Some(Self { outline, glow })
+        let emission = AffineEmission::new(emitter, outline.power)?;
+        Some(Self { outline, emission })
     }
 
     /// Receivers of a tile on lanes.
@@ -145,7 +145,7 @@ impl LinearLamp {
         slots: &mut Slots<'_, f64>,
     ) -> Settled {
         padded(receivers, goal, slots, |receivers, slots| {
-            let lamp = (&self.outline, self.glow.brightness, &self.glow);
+            let lamp = (&self.outline, self.emission.brightness, &self.emission);
             if goal.asked.gradient {
                 in_library!(level, simd => lanes::<_, f64, _, true>(simd, receivers, lamp, goal, slots))
             } else {
@@ -155,8 +155,8 @@ impl LinearLamp {
     }
 }
 
-impl<'a, S: Simd> Emitting<S, f64> for &'a Glow {
-    type Sums = LinearSums<S, &'a Glow>;
+impl<'a, S: Simd> Emitting<S, f64> for &'a AffineEmission {
+    type Sums = LinearSums<S, &'a AffineEmission>;
 
     #[inline(always)]
     fn sums<O: Outline<S, f64>>(&self, simd: S, _: usize, outline: &O, x: Vector<S>, n1: Vector<S>) -> Self::Sums {
@@ -166,7 +166,7 @@ impl<'a, S: Simd> Emitting<S, f64> for &'a Glow {
 
 /// The sums, with the receiver and the emission as they enter.
 pub(super) struct LinearSums<S: Simd, G> {
-    glow: G,
+    emission: G,
     n2: Vector<S>,
     /// `gB`.
     gradient: Vector<S>,
@@ -195,15 +195,15 @@ pub(super) struct LinearSums<S: Simd, G> {
     slant: Wide<S>,
 }
 
-impl<S: Simd, G: Glowing<S>> LinearSums<S, G> {
+impl<S: Simd, G: EmissionOnLanes<S>> LinearSums<S, G> {
     #[inline(always)]
-    fn new<O: Outline<S, f64>>(simd: S, glow: G, outline: &O, x: Vector<S>, n1: Vector<S>) -> Self {
+    fn new<O: Outline<S, f64>>(simd: S, emission: G, outline: &O, x: Vector<S>, n1: Vector<S>) -> Self {
         let (n2, first) = (outline.normal(simd), outline.vertex(simd, 0) - x);
-        let gradient = glow.gradient(simd);
-        let [here, _] = glow.ends(simd, 0);
+        let gradient = emission.gradient(simd);
+        let [here, _] = emission.ends(simd, 0);
         let zero = constant(simd, 0.0);
         Self {
-            glow,
+            emission,
             n2,
             gradient,
             height: -n2.dot(first),
@@ -322,7 +322,7 @@ fn x1<S: Simd>(
     )
 }
 
-impl<S: Simd, G: Glowing<S>> BoundarySums<S, f64> for LinearSums<S, G> {
+impl<S: Simd, G: EmissionOnLanes<S>> BoundarySums<S, f64> for LinearSums<S, G> {
     const FACTOR: f64 = 1.0;
 
     #[inline(always)]
@@ -343,7 +343,7 @@ impl<S: Simd, G: Glowing<S>> BoundarySums<S, f64> for LinearSums<S, G> {
         let places = [start.r.dot(edge.e), end.r.dot(edge.e)];
         let logarithms = self.logarithms(simd, [start.square, end.square]);
         let outward = edge.e.cross(self.n2);
-        let [here, next] = self.glow.ends(simd, edge.index);
+        let [here, next] = self.emission.ends(simd, edge.index);
         let rise = next - here;
         let flux = beside * turn * self.gradient.dot(outward) + (logarithms[1] - logarithms[0]) * rise;
         self.lit = self.lit + part.visible(simd, turn * lit);

@@ -289,15 +289,15 @@ impl TreeWalk<'_> {
     }
 
     /// The far fields' sums for each receiver.
-    fn far(&self, seen: &[(Receiver, Sum)], pairs: &mut [((usize, usize), usize)]) -> Vec<FarSum> {
+    fn far(&self, receivers: &[(Receiver, Sum)], pairs: &mut [((usize, usize), usize)]) -> Vec<FarSum> {
         pairs.sort_unstable();
-        let mut sums = vec![FarSum { sums: [[0.0; MOST_LANES]; 2], blocks: 0 }; seen.len()];
+        let mut sums = vec![FarSum { sums: [[0.0; MOST_LANES]; 2], blocks: 0 }; receivers.len()];
         for &mut ((place, index), entry) in pairs {
             let Grove { lamps, nodes } = &self.tree.groups[place];
             let node = &nodes[index];
             let Some(far) = node.far_field(lamps) else { continue };
             let far = far.nodes(&node.cluster, lamps, node.first..node.first + node.count, self.level);
-            let receiver = &seen[entry].0;
+            let receiver = &receivers[entry].0;
             let (x, n1) = ((receiver.position() * self.tree.power).to_array(), receiver.normal().to_array());
             sums[entry].blocks += far.place[0].len() / MOST_LANES;
             let sums = &mut sums[entry].sums;

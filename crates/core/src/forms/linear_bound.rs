@@ -485,14 +485,14 @@ fn of_x1_end<T: radgrad_numbers::arithmetic::Doubles>(
     inverse_height: T,
     [of_phi, of_psi, of_logarithm, past]: [T; 4],
 ) -> T {
-    let X1End { phi, psi, beyond, .. } = *end;
+    let X1End { phi, psi, is_obtuse, .. } = *end;
     let [s, _, distance] = distances;
     let (zero, four, product) = (s.like(0.0), s.like(4.0), phi * psi);
     let (by_phi, by_psi) = (logarithm + product.min(s.like(1.0)), product.min(s.like(0.5)));
     let ([along_phi, along_psi], half_cotangent) = derivatives(end, logarithm, distances, inverse_height);
     let together =
-        along_phi * of_phi + along_psi * of_psi + by_psi * (psi * four) + T::choose(beyond, s.like(PAST_ROUNDED), zero);
-    let apart = by_phi * of_phi + by_psi * of_psi + T::choose(beyond, past, zero);
+        along_phi * of_phi + along_psi * of_psi + by_psi * (psi * four) + T::choose(is_obtuse, s.like(PAST_ROUNDED), zero);
+    let apart = by_phi * of_phi + by_psi * of_psi + T::choose(is_obtuse, past, zero);
     let least = T::choose(s.exceeds(distance * s.like(LEAST_ALONG)), together.min(apart), apart);
     let of_end = T::choose(half_cotangent.exceeds(s.like(FAR_PAST / 2.0)), apart, least);
     phi * (of_logarithm + by_phi * four + phi * phi * s.like(2.4) + psi * psi * s.like(3.5)) + of_end

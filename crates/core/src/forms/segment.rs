@@ -70,7 +70,7 @@ fn without_direction<T: Real>(s: T, d: T, height: T) -> Option<X1End<T>> {
     let (zero, one, moved) = (T::exact(0.0), T::exact(1.0), s.error() + d.error());
     ((d * d + s * s).size() <= moved * moved * 16.0).then(|| {
         let radius = (s.size() + d.size() + moved) / lowest(height);
-        X1End { term: zero.widened(radius * radius), above: one, below: one, phi: zero, psi: zero, beyond: false }
+        X1End { term: zero.widened(radius * radius), above: one, below: one, phi: zero, psi: zero, is_obtuse: false }
     })
 }
 
@@ -82,7 +82,7 @@ pub(crate) struct X1End<T: Arithmetic> {
     pub(crate) phi: T,
     pub(crate) psi: T,
     /// Whether `phi + psi` is past a right angle.
-    pub(crate) beyond: T::Mask,
+    pub(crate) is_obtuse: T::Mask,
 }
 
 impl<T: Arithmetic> X1End<T> {
@@ -97,21 +97,21 @@ impl<T: Arithmetic> X1End<T> {
     pub(crate) fn at_angle(s: T, psi: T, [d, distance, reach]: [T; 3], logarithm: T) -> Self {
         let phi = s.atan2_right(d);
         let (sum, square, pi) = (phi + psi, s * s, s.like_pi());
-        let beyond = square.exceeds(d * distance);
+        let is_obtuse = square.exceeds(d * distance);
         let plain = phi * logarithm + (phi.clausen_rest() * s.like(2.0) - (phi - psi).clausen_rest());
-        let last = T::choose(beyond, pi - sum, sum).clausen_rest();
+        let last = T::choose(is_obtuse, pi - sum, sum).clausen_rest();
         let one = s.like(1.0);
         Self {
-            term: plain + T::choose(beyond, last - pi * s.like(0.5), -last),
+            term: plain + T::choose(is_obtuse, last - pi * s.like(0.5), -last),
             above: T::choose_of(
-                beyond,
+                is_obtuse,
                 #[inline(always)]
                 || square * (reach * reach) * s.like(4.0),
                 #[inline(always)]
                 || one,
             ),
             below: T::choose_of(
-                beyond,
+                is_obtuse,
                 #[inline(always)]
                 || (d * d + square) * (distance * distance + square),
                 #[inline(always)]
@@ -119,7 +119,7 @@ impl<T: Arithmetic> X1End<T> {
             ),
             phi,
             psi,
-            beyond,
+            is_obtuse,
         }
     }
 

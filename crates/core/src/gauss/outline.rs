@@ -123,8 +123,8 @@ impl Scene<'_> {
     }
 
     /// `n1.r` of a vertex that is seen at an offset and a distance, and a bound on its error.
-    pub(super) fn facing(&self, receiver: &Receiver, vertex: DVec3, seen: Vec3<f64>, distance: f64) -> (f64, f64) {
-        let facing = self.n1.dot(seen);
+    pub(super) fn facing(&self, receiver: &Receiver, vertex: DVec3, from_receiver: Vec3<f64>, distance: f64) -> (f64, f64) {
+        let facing = self.n1.dot(from_receiver);
         if facing < GRAZING * distance {
             let facing = precise_facing(receiver, vertex, self.power);
             (facing, 8.0 * ROUNDOFF * facing.abs())

@@ -40,7 +40,7 @@ use crate::boundary::case::Case;
 use crate::boundary::plan::{Horizon, Plan};
 use crate::boundary::visibility::sure::Hidden;
 use crate::error::Error;
-use crate::forms::constant_bound::{BoundedSum, past_occluders};
+use crate::forms::constant_bound::{BoundedSum, occluded};
 use crate::forms::edge_lanes::{SureCase, precise};
 use crate::forms::irradiance_and_gradient::IrradianceAndGradient;
 use crate::forms::{edge_lanes, linear_bound};
@@ -225,7 +225,7 @@ impl Case<'_> {
         if self.occluders.is_empty() {
             return self.climb_from::<A, GRADIENT>(None, tolerance, accepted);
         }
-        let (hidden, derived) = self.bounded_past_occluders();
+        let (hidden, derived) = self.bounded_occluded();
         let in_between = match hidden {
             Hidden::Unsure => Cow::Owned(self.in_between()),
             Hidden::Something => Cow::Borrowed(self.occluders),
@@ -245,8 +245,8 @@ impl Case<'_> {
         let budget = Budget::for_emission(self.emitter.emission());
         let tried = Cell::new(false);
         let enough = if tolerance > FINE { TRUNCATED * tolerance } else { FULL_PRECISION };
-        let by_rule = |most: usize, enough: f64| -> Result<Option<A>, Error> {
-            let Some(quadrature) = self.by_quadrature(most, enough) else { return Ok(None) };
+        let by_rule = |node_limit: usize, enough: f64| -> Result<Option<A>, Error> {
+            let Some(quadrature) = self.by_quadrature(node_limit, enough) else { return Ok(None) };
             tried.set(true);
             accepted(&quadrature, Method::Quadrature)
         };
@@ -329,11 +329,11 @@ impl Case<'_> {
     }
 
     /// The answer of a Gauss rule of at most so many nodes and a truncation that is enough, relative.
-    fn by_quadrature(&self, most: usize, enough: f64) -> Option<Evaluated> {
+    fn by_quadrature(&self, node_limit: usize, enough: f64) -> Option<Evaluated> {
         if !self.occluders.is_empty() {
             return None;
         }
-        let integral = gauss::integral(self.receiver, self.emitter, self.plan, most, enough)?;
+        let integral = gauss::integral(self.receiver, self.emitter, self.plan, node_limit, enough)?;
         let albedo: f64 = albedo(self.receiver);
         // Quotient and product.
         let rounding = 4.0 * ROUNDOFF;
@@ -366,11 +366,11 @@ impl Case<'_> {
     }
 
     /// The same past occluders of a constant emitter.
-    fn bounded_past_occluders(&self) -> (Hidden, Option<Evaluated>) {
+    fn bounded_occluded(&self) -> (Hidden, Option<Evaluated>) {
         if !matches!(self.emitter.emission(), Emission::Constant(_)) {
             return (Hidden::Unsure, None);
         }
-        let (hidden, terms, bound) = past_occluders::sums(self);
+        let (hidden, terms, bound) = occluded::sums(self);
         (hidden, (hidden == Hidden::Something).then(|| self.of_unit_emission(&terms, bound)))
     }
 

@@ -116,7 +116,7 @@ mod tests {
         // Two that share an edge, with corners in common, beside those that do not.
         let [a, b, c, d] = [[0.5, 0.6], [0.9, 0.7], [0.8, 1.1], [0.4, 1.0]].map(|[x, y]| DVec3::new(x, y, 0.6));
         let halves = [[a, b, c], [a, c, d]].map(|corners| Polygon::new(corners.to_vec()).unwrap());
-        let (mut seen, mut cut) = (0, 0);
+        let (mut visible, mut cut) = (0, 0);
         for i in 0..300 {
             let place = DVec3::new(step(i, 0.324_718), step(i, 0.414_214), -0.5);
             // Of every third the horizon cuts the lamp.
@@ -134,9 +134,9 @@ mod tests {
                 let apart = arcs - expected;
                 assert!(apart.size() <= apart.error() && apart.error() < 1e-24, "{i}: {apart:?}");
             }
-            seen += usize::from(!arcs.is_empty());
+            visible += usize::from(!arcs.is_empty());
             cut += usize::from(arcs.iter().any(|arc| arc.line().is_none()));
         }
-        assert!(seen > 150 && cut > 30, "{seen} {cut}");
+        assert!(visible > 150 && cut > 30, "{visible} {cut}");
     }
 }

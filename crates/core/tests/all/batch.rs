@@ -254,9 +254,9 @@ fn past_occluders_batches_agree_with_the_scalar_path_within_both_bounds() {
         let points = points(&mut random, lamp.polygon(), 300);
         let (wide, narrow) = (Points::new(&points, |v| v), Points::new(&points, narrow));
         let engine = Engine::new().threads();
-        engine.evaluate_past(&wide.receivers(), &lamp, &screens, 1e-8, &mut double).unwrap();
-        engine.evaluate_past(&narrow.receivers(), &lamp, &screens, 1e-8, &mut float).unwrap();
-        engine.radiosity_past(&wide.receivers(), &lamp, &screens, 1e-8, &mut value).unwrap();
+        engine.evaluate_occluded(&wide.receivers(), &lamp, &screens, 1e-8, &mut double).unwrap();
+        engine.evaluate_occluded(&narrow.receivers(), &lamp, &screens, 1e-8, &mut float).unwrap();
+        engine.radiosity_occluded(&wide.receivers(), &lamp, &screens, 1e-8, &mut value).unwrap();
         engine.evaluate_to(&wide.receivers(), &lamp, 1e-8, &mut free).unwrap();
         for (i, point) in points.iter().enumerate() {
             let place = || format!("emitter {kind}, receiver {i}: {point:?}");

@@ -310,9 +310,9 @@ fn what_costs_much_takes_no_more_than_is_allowed() {
     let lamp = Emitter::new(disc, Emission::gradient(1e-280, DVec3::new(1.0, 0.5, 0.0))).unwrap();
     let receiver = Receiver::new(DVec3::new(0.0, 0.0, -1e-300), DVec3::new(1.0, 1e-290, 1e-300), 1.0).unwrap();
     // As much as there may be for an answer, and two thousandth parts more for doubles; and where less is allowed it takes less.
-    for most in [16_032_000_000, MOST_OPERATIONS] {
-        let (answer, operations) = effort::within(most, || evaluate_to(&receiver, &lamp, &[], 1e-15).unwrap());
-        let answer = answer.unwrap_or_else(|| panic!("{operations} operations of {most}"));
+    for limit in [16_032_000_000, MOST_OPERATIONS] {
+        let (answer, operations) = effort::within(limit, || evaluate_to(&receiver, &lamp, &[], 1e-15).unwrap());
+        let answer = answer.unwrap_or_else(|| panic!("{operations} operations of {limit}"));
         assert!(answer.radiosity_error.is_finite(), "{operations} operations: {answer:?}");
     }
 }

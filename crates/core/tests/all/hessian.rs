@@ -29,11 +29,11 @@ fn norm(m: DMat3) -> f64 {
 
 /// Central differences of the gradient of orders 2, 4, 6 by Richardson's extrapolation.
 fn by_differences(x: DVec3, normal: DVec3, emitter: &Emitter, step: f64) -> DMat3 {
-    by_differences_past(x, normal, (emitter, &[]), step, 1e-16)
+    by_differences_occluded(x, normal, (emitter, &[]), step, 1e-16)
 }
 
 /// The same past occluders, of gradients to a tolerance.
-fn by_differences_past(
+fn by_differences_occluded(
     x: DVec3,
     normal: DVec3,
     (emitter, occluders): (&Emitter, &[Polygon]),
@@ -181,7 +181,7 @@ fn an_emission_that_varies_has_them_past_occluders() {
         for (normal, occluders) in [(DVec3::new(0.1, 0.2, 1.0), &screens[..1]), (DVec3::new(1.0, -0.3, 0.2), &screens[..])] {
             let position = DVec3::new(0.02, -0.1, 0.0);
             let answer = hessian_to(&receiver_at(position, normal), &emitter, occluders, 1e-12).unwrap();
-            let difference = by_differences_past(position, normal, (&emitter, occluders), 1e-3, 1e-15);
+            let difference = by_differences_occluded(position, normal, (&emitter, occluders), 1e-3, 1e-15);
             let error = norm(answer.matrix - difference);
             assert!(error <= 1e-6 * norm(difference), "{normal}: {answer:?} {difference}, off by {error:e}");
             assert!(answer.meets(1e-12), "{answer:?}");

@@ -22,8 +22,8 @@ impl Random {
     }
 
     /// A length from 16 to 1e200 or so.
-    fn far(&mut self, most: i32) -> f64 {
-        self.power(4, most) * self.uniform(1.0, 2.0)
+    fn far(&mut self, exponent: i32) -> f64 {
+        self.power(4, exponent) * self.uniform(1.0, 2.0)
     }
 
     /// An emitter over the origin, lit downward, a receiver there, and the slope of the emission, if any.

@@ -117,12 +117,12 @@ impl<T: Real> Shadow<T> {
 
     /// Whether one side of the shadow or of the part is known to separate them.
     pub(super) fn misses(&self, part: &VisiblePart<T>, sides: &Sides<T>) -> bool {
-        let beyond = |normal: Vec3<T>, point: Vec3<T>| {
+        let is_beyond = |normal: Vec3<T>, point: Vec3<T>| {
             let height = normal.dot(point);
             height.value() > 0.0 && height.size() > height.error()
         };
-        let is_clear_of = |side: Facing| part.corners.iter().all(|corner| beyond(sides.normal(side), corner.point));
-        let is_within = |side: Facing| self.corners.iter().all(|corner| beyond(sides.normal(side), *corner));
+        let is_clear_of = |side: Facing| part.corners.iter().all(|corner| is_beyond(sides.normal(side), corner.point));
+        let is_within = |side: Facing| self.corners.iter().all(|corner| is_beyond(sides.normal(side), *corner));
         self.lines.iter().any(|&side| is_clear_of(side)) || part.corners.iter().any(|corner| is_within(corner.side))
     }
 }
@@ -130,10 +130,10 @@ impl<T: Real> Shadow<T> {
 /// The line in which the occluder meets the emitter's plane, from where it sinks below to where it rises, so that its part before that
 /// plane is on its left as the receiver sees it. Where the occluder only just dips below the plane the two points hardly tell which
 /// way that is; of two planes the normals do, with that of the occluder turned to the receiver.
-fn waterline<T: Real>([sink, rise]: [Vec3<T>; 2], seen: Side, emitter: &Polygon, occluder: &Polygon) -> Line<T> {
+fn waterline<T: Real>([sink, rise]: [Vec3<T>; 2], receiver_side: Side, emitter: &Polygon, occluder: &Polygon) -> Line<T> {
     if emitter.half_slab() > 0.0 || occluder.half_slab() > 0.0 {
         return Line::along(rise - sink, sink);
     }
     let direction = emitter.unit_normal::<T>().cross(occluder.unit_normal());
-    Line::along(if seen == Side::Back { -direction } else { direction }, sink)
+    Line::along(if receiver_side == Side::Back { -direction } else { direction }, sink)
 }

@@ -390,18 +390,18 @@ impl<'a> Visible<'a> {
         let [own, other] = [own, other].map(|side| &self.sides[side]);
         let across = own.normal().cross(other.normal());
         let sighted = Sighted::new(if from_inside { -across } else { across });
-        let (most, least) = if own.error > other.error { (own.error, other.error) } else { (other.error, own.error) };
+        let (larger, least) = if own.error > other.error { (own.error, other.error) } else { (other.error, own.error) };
         let over_sine = |errors: f64| (errors + 2.2 * ROUNDOFF) * sighted.inverse * 1.001;
-        let spread = over_sine(most + least);
+        let spread = over_sine(larger + least);
         let cosine = own.normal().dot(other.normal()).abs();
-        let slip = over_sine(most + least * cosine);
+        let slip = over_sine(larger + least * cosine);
         Ray { sighted, spread: if spread <= MOST_SPREAD { spread } else { f64::NAN }, slip, vertex: None }
     }
 
     /// The boundary of the visible part; `None` where all above the horizon is lit.
     fn new(receiver: &'a Receiver, emitter: &Polygon, occluders: &[&Polygon], plan: &'a Plan) -> Result<Option<Self>, Unsure> {
-        let (many, most) = (occluders.len() > 1, 4 * (occluders.len() + 2));
-        let (rays, sides) = (Vec::with_capacity(2 * most), Vec::with_capacity(most));
+        let (many, capacity) = (occluders.len() > 1, 4 * (occluders.len() + 2));
+        let (rays, sides) = (Vec::with_capacity(2 * capacity), Vec::with_capacity(capacity));
         let mut visible = Self { receiver, plan, rays, sides, pieces: Vec::new(), emitter: 0..0 };
         let mut whole = visible.cone(emitter.vertices().len(), many, |i| emitter.vertices()[i])?;
         if plan.horizon == Horizon::Crossing {
@@ -431,7 +431,7 @@ impl<'a> Visible<'a> {
         if shadows.is_empty() {
             return Ok(None);
         }
-        visible.pieces.reserve(most);
+        visible.pieces.reserve(capacity);
         visible.add_pieces(&whole, &shadows)?;
         Ok(Some(visible))
     }

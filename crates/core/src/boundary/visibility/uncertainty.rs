@@ -73,9 +73,9 @@ impl<T: Real> Subtraction<'_, T> {
     {
         let height = self.height.to_double() * (1.0 - 8.0 * f64::EPSILON);
         for bounds in parts.filter_map(|part| doubt.bounds(part, &self.sides, height)) {
-            let [seen, moving] = bounds.map(RadiusOf::<T>::from);
-            self.uncertainty.irradiance = self.uncertainty.irradiance + seen * self.emission;
-            self.uncertainty.gradient = self.uncertainty.gradient + self.steepness * seen + moving * self.emission;
+            let [irradiance, moving] = bounds.map(RadiusOf::<T>::from);
+            self.uncertainty.irradiance = self.uncertainty.irradiance + irradiance * self.emission;
+            self.uncertainty.gradient = self.uncertainty.gradient + self.steepness * irradiance + moving * self.emission;
         }
     }
 }

@@ -28,7 +28,7 @@ impl<T: Real> Segment<T> {
     /// With `L_k` up to `k = degree`, which is at least 1.
     pub(in crate::forms) fn new(arc: &Arc<T>, frame: Frame<T>, degree: usize) -> Self {
         let distance = frame.distance;
-        let [start, end] = [&arc.start, &arc.end].map(|seen| seen.point.dot(frame.along));
+        let [start, end] = [&arc.start, &arc.end].map(|end| end.point.dot(frame.along));
         let length = (arc.end.point - arc.start.point).dot(frame.along);
         let square = distance * distance;
         let log_ratio = (arc.end.square / arc.start.square).ln() * T::exact(0.5);
