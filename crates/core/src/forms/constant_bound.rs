@@ -54,7 +54,7 @@
 //! Each sum of n vectors adds `(n - 1) u` of the sum of sizes. The products with emission, normal and reflectance add 8u of the
 //! result.
 
-pub(crate) mod occluded;
+pub(crate) mod past_occluders;
 pub mod units;
 
 use std::ops::{Add, Mul};

@@ -40,7 +40,7 @@ use crate::boundary::case::Case;
 use crate::boundary::plan::{Horizon, Plan};
 use crate::boundary::visibility::sure::Hidden;
 use crate::error::Error;
-use crate::forms::constant_bound::{BoundedSum, occluded};
+use crate::forms::constant_bound::{BoundedSum, past_occluders};
 use crate::forms::edge_lanes::{SureCase, precise};
 use crate::forms::irradiance_and_gradient::IrradianceAndGradient;
 use crate::forms::{edge_lanes, linear_bound};
@@ -370,7 +370,7 @@ impl Case<'_> {
         if !matches!(self.emitter.emission(), Emission::Constant(_)) {
             return (Hidden::Unsure, None);
         }
-        let (hidden, terms, bound) = occluded::sums(self);
+        let (hidden, terms, bound) = past_occluders::sums(self);
         (hidden, (hidden == Hidden::Something).then(|| self.of_unit_emission(&terms, bound)))
     }
 
