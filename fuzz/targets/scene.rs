@@ -8,7 +8,7 @@ use radgrad_solver::{Options, solve};
 
 const MOST_FACES: usize = 6;
 
-/// The next face: a byte for its corners (3 to 6) and what it reflects and emits, one for its unit of length, three for each corner.
+/// The next face: a byte for its corners (3 to 6), its reflectance and emission, one for its unit of length, three for each corner.
 fn face(bytes: &mut impl Iterator<Item = u8>) -> Option<GivenFace> {
     let (kind, unit) = (bytes.next()?, bytes.next()?);
     // Mostly 1; else a power of two, for faces of very different sizes in one scene.

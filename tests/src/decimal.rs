@@ -39,8 +39,8 @@ impl FromStr for Decimal {
             let factor = u32::try_from(own - power).ok().and_then(|shift| 10_i128.checked_pow(shift));
             factor.and_then(|factor| integer.checked_mul(factor)).ok_or_else(|| format!("{text} has more than {DIGITS} digits"))
         };
-        let rest = if high == 0.0 { 0 } else { scaled(number)? - scaled(nearest)? };
-        let low = format!("{rest}e{power}").parse().map_err(|error| format!("{text}: {error}"))?;
+        let remainder = if high == 0.0 { 0 } else { scaled(number)? - scaled(nearest)? };
+        let low = format!("{remainder}e{power}").parse().map_err(|error| format!("{text}: {error}"))?;
         Ok(Self { high, low })
     }
 }

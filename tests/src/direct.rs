@@ -17,7 +17,7 @@ use crate::RelativeError;
 #[must_use]
 pub fn radiosity_and_gradient(receiver: &Receiver, emitter: &Emitter) -> (f64, DVec3) {
     let [coarse, fine] = [20, 28].map(|order| by_order(receiver, emitter, order));
-    let difference = RelativeError::of(coarse, fine);
+    let difference = RelativeError::new(coarse, fine);
     assert!(difference.largest() < 1e-13, "direct integration is not settled: {difference:?} at {receiver:?}");
     fine
 }
@@ -31,9 +31,9 @@ fn by_order(receiver: &Receiver, emitter: &Emitter, order: usize) -> (f64, DVec3
     let rule = gauss_legendre(order);
     let mut sum = (0.0, DVec3::ZERO);
     for pair in vertices[1..].windows(2) {
-        let seen = above_horizon(&[vertices[0], pair[0], pair[1]], receiver);
-        for fan in seen.get(1..).unwrap_or_default().windows(2) {
-            for triangle in quartered([seen[0], fan[0], fan[1]]).into_iter().flat_map(quartered) {
+        let visible = above_horizon(&[vertices[0], pair[0], pair[1]], receiver);
+        for fan in visible.get(1..).unwrap_or_default().windows(2) {
+            for triangle in quartered([visible[0], fan[0], fan[1]]).into_iter().flat_map(quartered) {
                 add_triangle(&mut sum, triangle, &rule, receiver, emitter);
             }
         }
@@ -109,8 +109,8 @@ mod tests {
     #[test]
     fn published_values_of_the_papers_scene_are_met() {
         for case in paper_scene() {
-            let found = radiosity_and_gradient(&case.receiver, &case.emitter);
-            let error = case.error_of(found);
+            let answer = radiosity_and_gradient(&case.receiver, &case.emitter);
+            let error = case.error_of(answer);
             assert!(error.largest() < 1e-13, "{}: {error:?}", case.id);
         }
     }

@@ -38,13 +38,13 @@ pub struct RelativeError {
 }
 
 impl RelativeError {
-    /// Error of `found` against `expected`, neither of which may be 0 where the other is not: that gives infinity.
+    /// Error of `computed` against `expected`, neither of which may be 0 where the other is not: that gives infinity.
     #[must_use]
-    pub fn of(found: (f64, DVec3), expected: (f64, DVec3)) -> Self {
+    pub fn new(computed: (f64, DVec3), expected: (f64, DVec3)) -> Self {
         let relative = |error: f64, size: f64| if error == 0.0 { 0.0 } else { error / size };
         Self {
-            radiosity: relative((found.0 - expected.0).abs(), expected.0.abs()),
-            gradient: relative((found.1 - expected.1).length(), expected.1.length()),
+            radiosity: relative((computed.0 - expected.0).abs(), expected.0.abs()),
+            gradient: relative((computed.1 - expected.1).length(), expected.1.length()),
         }
     }
 

@@ -124,7 +124,7 @@ impl Patchwork {
     /// The emission at a point of the square.
     #[must_use]
     pub fn radiosity(&self, y: DVec3) -> f64 {
-        self.patch(y).at(y)
+        self.patch(y).value_at(y)
     }
 
     /// Its gradient between the jumps.

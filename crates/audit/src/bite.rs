@@ -11,7 +11,7 @@ use std::fmt::Display;
 use glam::DVec3;
 use radgrad_core::evaluate_to;
 use radgrad_oracle::scene::Effort;
-use radgrad_oracle::{Arithmetic, Request, Source, enclose_source_past};
+use radgrad_oracle::{Arithmetic, Request, Source, enclose_source_occluded};
 use rayon::prelude::*;
 
 use crate::agreement::agreement;
@@ -307,7 +307,7 @@ fn off_the_oracle(name: &str, case: &radgrad_scene::case::Case) -> Vec<String> {
         return [Query::Answer(1.0), Query::Answer(1e-12)].into_iter().filter_map(contradicted).collect();
     }
     let request = Request { digits: 15, arithmetic: Some(Arithmetic::DoubleDouble), budget: 20_000 };
-    let Ok(enclosure) = enclose_source_past(&problem.receiver, &Source::Emitter(&problem.emitter), &[], &request) else {
+    let Ok(enclosure) = enclose_source_occluded(&problem.receiver, &Source::Emitter(&problem.emitter), &[], &request) else {
         return Vec::new();
     };
     let truth = Truth { radiosity: enclosure.radiosity, gradient: enclosure.gradient };
@@ -349,7 +349,7 @@ fn enclosures(setting: &Setting<'_>) -> Vec<String> {
         let source = Source::Emitter(&emitter);
         let enclosed = |digits, arithmetic| {
             let request = Request { digits, arithmetic: Some(arithmetic), budget: 50_000_000 };
-            let enclosure = enclose_source_past(&problem.receiver, &source, occluders, &request).ok()?;
+            let enclosure = enclose_source_occluded(&problem.receiver, &source, occluders, &request).ok()?;
             Some(Truth { radiosity: enclosure.radiosity, gradient: enclosure.gradient })
         };
         let precise = match digits::enclosure(&problem, 60) {

@@ -5,7 +5,7 @@
 
 use std::collections::BTreeMap;
 
-use radgrad_oracle::{Request, Source, enclose_source_past};
+use radgrad_oracle::{Request, Source, enclose_source_occluded};
 use rayon::prelude::*;
 
 use crate::bounds::digits;
@@ -77,7 +77,7 @@ fn compare(name: Name, count: u32) -> Ended {
     };
     let (emitter, occluders) = reduced(&problem);
     let request = Request { digits: count + MORE, arithmetic: None, budget: BUDGET };
-    match enclose_source_past(&problem.receiver, &Source::Emitter(&emitter), occluders, &request) {
+    match enclose_source_occluded(&problem.receiver, &Source::Emitter(&emitter), occluders, &request) {
         Ok(enclosure) => {
             let truth = Truth { radiosity: enclosure.radiosity, gradient: enclosure.gradient };
             if few.overlaps(&truth) {

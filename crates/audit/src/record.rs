@@ -14,7 +14,7 @@ use radgrad_core::batch::{Answers, EmitterTree, Engine, Receivers};
 use radgrad_core::{Emission, Emitter, Polygon, evaluate_digits, evaluate_to, hessian_to, irradiance_vector_to};
 use radgrad_oracle::cubature::{self, Form};
 use radgrad_oracle::monte_carlo::{self, Sampling, Sequence};
-use radgrad_oracle::{Arithmetic, Error as OracleError, Request, Source, SourceFunction, enclose_source_past};
+use radgrad_oracle::{Arithmetic, Error as OracleError, Request, Source, SourceFunction, enclose_source_occluded};
 use radgrad_scene::case::{Case, Problem};
 use serde::{Deserialize, Serialize};
 
@@ -295,7 +295,7 @@ fn of_oracle(arithmetic: Arithmetic, digits: u32, problem: &Problem) -> Result<R
     let (emitter, occluders) = reduced(problem);
     let request = Request { digits, arithmetic: Some(arithmetic), budget: BUDGET };
     let figures = |figures: &[f64]| figures.iter().map(|&bound| Statement::new(&[], bound)).collect();
-    let enclosure = match enclose_source_past(&problem.receiver, &Source::Emitter(&emitter), occluders, &request) {
+    let enclosure = match enclose_source_occluded(&problem.receiver, &Source::Emitter(&emitter), occluders, &request) {
         Ok(enclosure) => enclosure,
         // Rounding is then all of the radii.
         Err(OracleError::Rounding { reached, .. }) => {

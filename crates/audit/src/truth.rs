@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use radgrad_core::{Emitter, Polygon, Receiver};
-use radgrad_oracle::{Arithmetic, Error, Interval, Request, Source, enclose_source_past};
+use radgrad_oracle::{Arithmetic, Error, Interval, Request, Source, enclose_source_occluded};
 use radgrad_scene::case::Problem;
 
 use crate::seen::reduced;
@@ -54,8 +54,8 @@ impl Truth {
 
     fn occluded(receiver: &Receiver, emitter: &Emitter, occluders: &[Polygon]) -> Result<Self, Error> {
         let source = Source::Emitter(emitter);
-        let enclosure = match enclose_source_past(receiver, &source, occluders, &SHARP) {
-            Err(Error::Rounding { .. }) => enclose_source_past(receiver, &source, occluders, &ENOUGH)?,
+        let enclosure = match enclose_source_occluded(receiver, &source, occluders, &SHARP) {
+            Err(Error::Rounding { .. }) => enclose_source_occluded(receiver, &source, occluders, &ENOUGH)?,
             result => result?,
         };
         Ok(Self { radiosity: enclosure.radiosity, gradient: enclosure.gradient })

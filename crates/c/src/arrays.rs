@@ -105,7 +105,7 @@ macro_rules! strides {
             /// It must be there, and nobody else may use it meanwhile.
             unsafe fn write(&self, point: usize, component: usize, value: $number) {
                 if !self.data.is_null() {
-                    // SAFETY: as for reading; that nobody else reads or writes it is what the header asks for.
+                    // SAFETY: as for reading; the header forbids that another thread reads or writes the array meanwhile.
                     unsafe { *self.data.wrapping_offset(self.offset(point, component)) = value }
                 }
             }
@@ -117,7 +117,7 @@ macro_rules! strides {
         }
 
         impl $points {
-            /// Whether what must be there is.
+            /// Whether no required array is NULL.
             pub(crate) const fn is_whole(&self) -> bool {
                 self.count == 0 || !(self.position.data.is_null() || self.normal.data.is_null())
             }

@@ -131,9 +131,9 @@ pub unsafe extern "C" fn radgrad_emitter_free(emitter: *mut Emitter) {
 pub unsafe extern "C" fn radgrad_message(text: *mut c_char, size: usize) -> usize {
     MESSAGE.with_borrow(|message| {
         let room = size.saturating_sub(1).min(message.len());
-        let kept = (0..=room).rev().find(|&end| message.is_char_boundary(end)).unwrap_or(0);
+        let length = (0..=room).rev().find(|&end| message.is_char_boundary(end)).unwrap_or(0);
         if !text.is_null() && size > 0 {
-            for (index, byte) in message.bytes().take(kept).chain([0]).enumerate() {
+            for (index, byte) in message.bytes().take(length).chain([0]).enumerate() {
                 // SAFETY: there are at most `size` bytes with the last one.
                 unsafe { *text.add(index) = c_char::from_ne_bytes([byte]) };
             }

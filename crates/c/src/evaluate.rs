@@ -39,21 +39,21 @@ pub unsafe extern "C" fn radgrad_evaluate(
         return Status::RADGRAD_NULL;
     }
     // SAFETY: the caller says that they point to three numbers each.
-    let of = |numbers: *const f64| unsafe { DVec3::new(*numbers, *numbers.add(1), *numbers.add(2)) };
-    let (position, normal) = (of(position), of(normal));
+    let vector = |numbers: *const f64| unsafe { DVec3::new(*numbers, *numbers.add(1), *numbers.add(2)) };
+    let (position, normal) = (vector(position), vector(normal));
     // SAFETY: the caller says that it is an emitter of this library.
     let emitter = unsafe { &*emitter }.double.emitter();
     guarded(|| {
         let receiver = Receiver::new(position, normal, reflectance);
         match receiver.and_then(|receiver| radgrad_core::evaluate_to(&receiver, emitter, [], tolerance)) {
-            Ok(found) => {
-                let gradient = found.gradient.to_array();
-                let radgrad_core::Answer { radiosity, radiosity_error, gradient_error, .. } = found;
+            Ok(computed) => {
+                let gradient = computed.gradient.to_array();
+                let radgrad_core::Answer { radiosity, radiosity_error, gradient_error, .. } = computed;
                 // SAFETY: the caller says that it can be written.
                 unsafe { *answer = Answer { radiosity, radiosity_error, gradient, gradient_error } };
                 Status::RADGRAD_OK
             }
-            Err(error) => Status::of(&error),
+            Err(error) => Status::from_error(&error),
         }
     })
 }
@@ -94,7 +94,7 @@ impl<F: Precision + Copy> Columns<F> {
 
     /// Answers the first so many.
     fn answer(&mut self, count: usize, emitter: &ReadyEmitter<F>, engine: Engine, tolerance: f64) -> Result<(), Error> {
-        let [position, normal] = [&self.position, &self.normal].map(|of| of.each_ref().map(|column| &column[..count]));
+        let [position, normal] = [&self.position, &self.normal].map(|columns| columns.each_ref().map(|column| &column[..count]));
         let receivers = Receivers::new(position, normal, &self.reflectance[..count])?;
         engine.evaluate_ready(&receivers, emitter, tolerance, &mut self.answers)
     }
@@ -150,7 +150,7 @@ macro_rules! batch {
                         // SAFETY: the caller says that it can be written.
                         unsafe { *$failed = first + place };
                     }
-                    return Status::of(&error);
+                    return Status::from_error(&error);
                 }
                 // SAFETY: the caller says that the arrays have so many points, and that nobody else uses them.
                 unsafe { $answers.write(first, count, &columns.answers) };
@@ -179,7 +179,7 @@ pub unsafe extern "C" fn radgrad_batch_f64(
     batch!(room, double, emitter, points, tolerance, answers, failed)
 }
 
-/// The same in single precision, twice as fast to tolerances of 1e-5: bounds hold what its rounding adds, and reach no 1e-7.
+/// The same in single precision, twice as fast to tolerances of 1e-5: bounds include its rounding, and reach no 1e-7.
 ///
 /// A receiver that is refused ends it: `failed`, unless it is NULL, is then its place. Answers to points before it may be written already.
 ///

@@ -1,13 +1,13 @@
 //! Radiosity and its gradient from polygonal emitters, for C: `include/radgrad.h`.
 //!
 //! `radgrad_evaluate`, `radgrad_batch_f64` and `radgrad_batch_f32` neither lock nor unwind, on arrays with any strides. Nor do they
-//! allocate where a closed form or a Gauss rule answers, unless the horizon leaves more than twelve corners of an emitter far away. What is
-//! left is a receiver on the surface of an emitter that is flat up to rounding only. An emitter, and the room that batches work in, are
+//! allocate where a closed form or a Gauss rule answers, unless the horizon leaves more than twelve corners of an emitter far away. The
+//! remaining case is a receiver on the surface of an emitter that is flat up to rounding only. An emitter, and the room that batches work in, are
 //! made beforehand, and each is freed by its own function. An emitter may be used by many threads at a time, a room by one.
 //!
 //! Lengths are in one unit of the caller's choice, emission in any unit; radiosity is in the unit of the emission, the gradient in that
 //! over the unit of length. Emitters are one-sided: their vertices are counter-clockwise seen from the side that they light. Bounds are
-//! those of `radgrad-core`; where a tolerance is not met, they say what was reached. Built by itself (`cargo build --release --package
+//! those of `radgrad-core`; where a tolerance is not met, they state the error that was reached. Built by itself (`cargo build --release --package
 //! radgrad-c`) the library has no arbitrary precision: double-double is the last that is tried.
 
 mod arrays;
@@ -43,10 +43,10 @@ pub enum Status {
 
 impl Status {
     /// Of an error of the evaluation.
-    fn of(error: &radgrad_core::Error) -> Self {
+    fn from_error(error: &radgrad_core::Error) -> Self {
         use radgrad_core::Error;
         match error {
-            Error::InBatch { error, .. } => Self::of(error),
+            Error::InBatch { error, .. } => Self::from_error(error),
             Error::PositionNotFinite { .. } | Error::Normal { .. } | Error::Reflectance { .. } => Self::RADGRAD_RECEIVER,
             Error::Tolerance { .. } => Self::RADGRAD_TOLERANCE,
             _ => Self::RADGRAD_RANGE,
@@ -54,7 +54,7 @@ impl Status {
     }
 }
 
-/// Does what must not unwind into C: a panic is a fault.
+/// Calls `work` and turns a panic, which must not unwind into C, into the status of a fault.
 fn guarded(work: impl FnOnce() -> Status) -> Status {
     std::panic::catch_unwind(std::panic::AssertUnwindSafe(work)).unwrap_or(Status::RADGRAD_FAULT)
 }

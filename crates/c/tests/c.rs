@@ -10,7 +10,7 @@ use std::ptr::null_mut;
 
 use radgrad_c::*;
 
-/// The system's allocator, which counts what each thread asks of it.
+/// The system's allocator, which counts the allocations of each thread.
 struct Counting;
 
 thread_local! {
@@ -21,7 +21,7 @@ thread_local! {
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         ALLOCATIONS.set(ALLOCATIONS.get() + 1);
-        // SAFETY: the caller promises what the system's allocator asks for.
+        // SAFETY: the caller's promise is that of the system's allocator.
         unsafe { System.alloc(layout) }
     }
 
@@ -113,8 +113,9 @@ fn a_call_allocates_nothing() {
     }
     let (mut values, mut slopes) = (vec![0.0; COUNT], vec![0.0; 3 * COUNT]);
     let (mut single_values, mut single_slopes) = (vec![0.0; COUNT], vec![0.0; 3 * COUNT]);
-    let array = |of: &mut Vec<f64>, point_stride| ArrayF64 { data: of.as_mut_ptr(), point_stride, component_stride: 1 };
-    let single = |of: &mut Vec<f32>, point_stride| ArrayF32 { data: of.as_mut_ptr(), point_stride, component_stride: 1 };
+    let array = |numbers: &mut Vec<f64>, point_stride| ArrayF64 { data: numbers.as_mut_ptr(), point_stride, component_stride: 1 };
+    let single =
+        |numbers: &mut Vec<f32>, point_stride| ArrayF32 { data: numbers.as_mut_ptr(), point_stride, component_stride: 1 };
     let (none, no_single) = (array(&mut Vec::new(), 0), single(&mut Vec::new(), 0));
     let (none, no_single) = (ArrayF64 { data: null_mut(), ..none }, ArrayF32 { data: null_mut(), ..no_single });
     let points = PointsF64 { count: COUNT, position: array(&mut position, 3), normal: array(&mut normal, 3), reflectance: none };

@@ -7,7 +7,7 @@
 //! The number of draws may depend on the draws. Nothing is assumed of their distribution; the lower limit needs no upper end of the range.
 //!
 //! The stake that is best for `n` numbers of variance `v` is about `sqrt(2 ln(2/delta) / (n v))`; v is that of earlier numbers. It is cut to
-//! [`MOST`] of what could be lost at once, so that a capital stays positive.
+//! [`MOST`] of the capital that one number can lose, so that a capital stays positive.
 
 /// The share of the capital that one bet may lose.
 const MOST: f64 = 0.75;
@@ -61,9 +61,9 @@ impl Bets {
         for x in values {
             let stake = (2.0 * self.threshold / (planned * self.variance())).sqrt();
             self.bets.push((x, stake));
-            let off = x - self.prior.mean;
-            self.sum += off;
-            self.squares += off * off;
+            let deviation = x - self.prior.mean;
+            self.sum += deviation;
+            self.squares += deviation * deviation;
         }
     }
 
@@ -93,8 +93,8 @@ impl Bets {
 
     /// The logarithm of the capital of who bets that the mean is above m (`sign` 1), or below (-1).
     fn capital(&self, m: f64, sign: f64) -> f64 {
-        let most = MOST / if sign > 0.0 { m } else { 1.0 - m };
-        let factor = |&(x, stake): &(f64, f64)| 1.0 + sign * stake.min(most) * (x - m);
+        let stake_limit = MOST / if sign > 0.0 { m } else { 1.0 - m };
+        let factor = |&(x, stake): &(f64, f64)| 1.0 + sign * stake.min(stake_limit) * (x - m);
         self.bets.chunks(GROUP).map(|group| group.iter().map(factor).product::<f64>().ln()).sum()
     }
 }
@@ -128,9 +128,9 @@ mod tests {
     use rand::{RngExt, SeedableRng};
 
     fn limits(values: &[f64], delta: f64) -> [f64; 2] {
-        let (pilot, rest) = values.split_at(100);
+        let (pilot, others) = values.split_at(100);
         let mut bets = Bets::new(delta, Moments::new(pilot.iter().copied()));
-        bets.extend(rest.iter().copied(), rest.len() as f64);
+        bets.extend(others.iter().copied(), others.len() as f64);
         [bets.lower(), bets.upper()]
     }
 

@@ -1,7 +1,7 @@
-//! Intervals for what light a scene has, that hold with a stated probability whatever the scene is.
+//! Intervals for the radiosity of a scene, that hold with a stated probability whatever the scene is.
 //!
-//! The radiosity of diffuse faces is the expectation of what random walks bring (J. Arvo and D. Kirk 1990; theory of the walks in `paths`), and
-//! what a walk can bring is at most a number that follows from reflectances and emissions alone. So limits for the mean of independent bounded
+//! The radiosity of diffuse faces is the expectation of the contributions of random walks (J. Arvo and D. Kirk 1990; theory of the walks in
+//! `paths`), and the contribution of a walk is at most a number that follows from reflectances and emissions alone. So limits for the mean of independent bounded
 //! numbers (`betting`) are limits for the radiosity: no mesh, no smoothness, no solution enters. They fail with probability `delta`, 1e-6 if
 //! nothing else is asked for, over the random numbers, which a seed chooses; `delta` is shared by all channels and points.
 //!
@@ -10,7 +10,7 @@
 //! - [`certify_points`]: the irradiance and the radiosity at points. Walks begin there, and take the light of lamps in closed form.
 //!
 //! Rays are those of [`radgrad_scene::Occluders`], in double precision: one that passes an edge within rounding, about 1e-10 of all, may go to
-//! either side. What that can change is far below the width of any interval here.
+//! either side. The change of the result is far below the width of any interval here.
 //!
 //! ```
 //! use radgrad_certificate::{Request, certify};
@@ -39,7 +39,7 @@ pub use error::Error;
 pub use mean::certify;
 pub use points::{Place, PointCertificate, certify_points};
 
-/// What is asked of a certificate.
+/// The request for a certificate: half-width, probability of failure, number of rays and seed.
 ///
 /// ```
 /// use radgrad_certificate::Request;
@@ -74,7 +74,7 @@ impl Request {
     }
 }
 
-/// The least and the largest value that is not excluded. The upper end is infinite where nothing absorbs what walks may meet for ever.
+/// The least and the largest value that is not excluded. The upper end is infinite where walks may meet faces for ever that absorb nothing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Interval {
     /// The least value.

@@ -52,7 +52,7 @@ pub fn certify(scene: &Scene, request: &Request) -> Result<Certificate, Error> {
         sums.iter().map(|sum| if *sum == 0.0 { 0.0 } else { sum * each }).collect()
     };
     Ok(Certificate {
-        mean: reflected.iter().zip(&model.emitted).map(|(of, emitted)| of.map(|value| value + emitted)).collect(),
+        mean: reflected.iter().zip(&model.emitted).map(|(interval, emitted)| interval.map(|value| value + emitted)).collect(),
         reflected,
         surfaces: outcome.surfaces.chunks(model.channels).enumerate().map(means).collect(),
         delta: request.delta,
@@ -120,7 +120,7 @@ impl Walker for FromLamps<'_> {
         self.source.ranges(&self.walks)
     }
 
-    fn known(&self) -> Vec<f64> {
+    fn deterministic_part(&self) -> Vec<f64> {
         vec![0.0; self.walks.model.channels]
     }
 
@@ -169,9 +169,9 @@ mod tests {
         let ending = Walks::ending(&model);
         for (walks, least) in [(ending.persistent().expect("grey"), 0.999), (ending, 0.9)] {
             let walker = FromLamps { walks: Walks { cut: vec![1e-4], ..walks }, source: Source::lamps(&model) };
-            let most = walker.block(1, 0)?.sums.iter().map(|[_, most]| *most).fold(0.0, radgrad_scene::largest);
+            let largest_sum = walker.block(1, 0)?.sums.iter().map(|[_, high]| *high).fold(0.0, radgrad_scene::largest);
             let range = walker.ranges()[0];
-            assert!((least * range..=range * (1.0 + 1e-12)).contains(&most), "{most} of {range}");
+            assert!((least * range..=range * (1.0 + 1e-12)).contains(&largest_sum), "{largest_sum} of {range}");
         }
         Ok(())
     }

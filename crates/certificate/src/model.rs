@@ -1,5 +1,5 @@
 //! The scene as walks see it: triangles to start from, reflectances and emissions at hits, and their largest values, which alone decide the
-//! range of what a walk can contribute.
+//! range of a walk's contribution.
 
 use std::f64::consts::PI;
 
@@ -164,10 +164,10 @@ impl<'a> Model<'a> {
     /// Of each channel, bounds on the reflectances of a face, and on the product of those of two faces that may see each other.
     pub(crate) fn largest_reflectances(&self) -> Vec<[f64; 2]> {
         let faces: Vec<usize> = (0..self.faces.len()).filter(|&face| self.faces[face].exchanges).collect();
-        let mut most = vec![[0.0; 2]; self.channels];
-        let of = |face: usize, channel: usize| self.faces[face].reflectance[channel];
-        for (channel, [single, double]) in most.iter_mut().enumerate() {
-            *single = faces.iter().map(|&face| of(face, channel)).fold(0.0, largest);
+        let mut bounds = vec![[0.0; 2]; self.channels];
+        let reflectance = |face: usize, channel: usize| self.faces[face].reflectance[channel];
+        for (channel, [single, double]) in bounds.iter_mut().enumerate() {
+            *single = faces.iter().map(|&face| reflectance(face, channel)).fold(0.0, largest);
             if faces.len() > FEW {
                 *double = *single * *single;
             }
@@ -175,14 +175,14 @@ impl<'a> Model<'a> {
         if faces.len() <= FEW {
             for (place, &a) in faces.iter().enumerate() {
                 for &b in &faces[..place] {
-                    let products = (0..self.channels).map(|channel| of(a, channel) * of(b, channel));
-                    if products.clone().zip(&most).any(|(product, [_, double])| product > *double) && self.may_see(a, b) {
-                        most.iter_mut().zip(products).for_each(|([_, double], product)| *double = largest(*double, product));
+                    let products = (0..self.channels).map(|channel| reflectance(a, channel) * reflectance(b, channel));
+                    if products.clone().zip(&bounds).any(|(product, [_, double])| product > *double) && self.may_see(a, b) {
+                        bounds.iter_mut().zip(products).for_each(|([_, double], product)| *double = largest(*double, product));
                     }
                 }
             }
         }
-        most
+        bounds
     }
 
     /// The vertices of a face.
@@ -203,11 +203,11 @@ impl<'a> Model<'a> {
 
     /// Whether any part of each of two faces may be in front of the other.
     fn may_see(&self, a: usize, b: usize) -> bool {
-        let is_before = |seen: usize, from: usize| {
+        let is_before = |other: usize, from: usize| {
             let Face { normal, triangles, .. } = &self.faces[from];
             let origin = triangles[0].corners[0];
             let above = |corner: &DVec3| normal.dot(*corner - origin) > LEVEL * (*corner - origin).length();
-            self.faces[seen].triangles.iter().flat_map(|triangle| &triangle.corners).any(above)
+            self.faces[other].triangles.iter().flat_map(|triangle| &triangle.corners).any(above)
         };
         is_before(a, b) && is_before(b, a)
     }

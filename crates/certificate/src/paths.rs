@@ -1,8 +1,8 @@
-//! Random walks, and what each of them contributes.
+//! Random walks, and the contribution of each.
 //!
-//! A walk carries a weight for each channel. Where it arrives the weights are multiplied by the reflectance there, and what is then left is
-//! reflected light. After that it goes on with probability [`Walks::survival`], whatever its weight, and weights are divided by that: the sum
-//! over all arrivals has the same expectation whatever the survival is, and if its square is above what two reflections leave at most, a range
+//! A walk carries a weight for each channel. Where it arrives the weights are multiplied by the reflectance there, and the products
+//! are reflected light. After that it goes on with probability [`Walks::survival`], whatever its weight, and weights are divided by that: the sum
+//! over all arrivals has the same expectation whatever the survival is, and if its square is above the largest weight after two reflections, a range
 //! that is known before the first draw. A walk whose weights are so small that all that it may still add is below [`Walks::cut`] ends, and the
 //! cut is added to the upper limit. Where light comes to the same wherever it goes, a survival of 1 leaves no variance.
 
@@ -21,21 +21,22 @@ pub(crate) struct Walks<'a> {
     pub(crate) model: &'a Model<'a>,
     /// The probability with which a walk goes on after each reflection.
     pub(crate) survival: f64,
-    /// Of each channel, the most that all reflections of a walk add up to that arrives with weight 1, and that are still to come after one.
-    pub(crate) most: Vec<f64>,
+    /// Bounds in each channel on the sum of the weights that a walk of weight 1 reflects: at all its reflections, and at those after
+    /// the first.
+    pub(crate) weight_limits: Vec<f64>,
     pub(crate) more: Vec<f64>,
-    /// Of each channel, what a walk may leave out when it ends.
+    /// Bound in each channel on the truncation of a walk that ends.
     pub(crate) cut: Vec<f64>,
 }
 
-/// What a walk has added up.
+/// The sums over the reflections of a walk.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Tally {
     /// In each channel.
     pub(crate) sums: Vec<f64>,
     /// Rays so far.
     pub(crate) rays: u64,
-    /// What surfaces reflected so far, channel by channel.
+    /// The reflected weights so far, surface by surface and channel by channel.
     pub(crate) surfaces: Vec<f64>,
 }
 
@@ -61,12 +62,12 @@ impl<'a> Walks<'a> {
     }
 
     fn new(model: &'a Model<'a>, bounds: &[[f64; 2]], survival: f64) -> Self {
-        let most: Vec<f64> = bounds.iter().map(|[single, double]| series(*single, *double, survival)).collect();
-        let more = most.iter().map(|most| if *most == 0.0 { 0.0 } else { most / survival }).collect();
-        Self { model, survival, most, more, cut: vec![0.0; model.channels] }
+        let weight_limits: Vec<f64> = bounds.iter().map(|[single, double]| series(*single, *double, survival)).collect();
+        let more = weight_limits.iter().map(|limit| if *limit == 0.0 { 0.0 } else { limit / survival }).collect();
+        Self { model, survival, weight_limits, more, cut: vec![0.0; model.channels] }
     }
 
-    /// Adds what is reflected of light that arrives on a face, and of what that lights.
+    /// Adds the reflected part of light that arrives on a face, and all its further reflections.
     pub(crate) fn arrive(&self, (mut face, mut point): Hit, weights: &mut [f64], generator: &mut ChaCha8Rng, tally: &mut Tally) {
         loop {
             self.model.reflect(face, point, weights);
@@ -104,7 +105,7 @@ impl<'a> Walks<'a> {
 /// The product of the reflectances of two faces that see each other above which survival does not rise: walks are then 10,000 reflections long.
 const WHITEST: f64 = 0.9996;
 
-/// The most that reflections add up to, if one leaves `single` and two `double`.
+/// Bound on the sum of the weights after each reflection, where one leaves at most `single` and two at most `double`.
 fn series(single: f64, double: f64, survival: f64) -> f64 {
     let pair = double / (survival * survival);
     if double == 0.0 {

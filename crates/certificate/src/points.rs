@@ -1,7 +1,7 @@
 //! Certificates at points: walks begin there, against the light, and wherever they arrive the light of lamps is added in closed form.
 //!
-//! The irradiance of a point is that of lamps, in closed form to its proven bound, and what the rest reflects: the mean over directions, by the
-//! cosine, of the radiosity that is met, and that is `rho` times an irradiance of the same kind. Lamps that emit evenly are taken in closed form; others
+//! The irradiance of a point is that of lamps, in closed form to its proven bound, and that of reflected light: the mean over directions, by
+//! the cosine, of the reflected radiosity that is met, and that is `rho` times an irradiance of the same kind. Lamps that emit evenly are taken in closed form; others
 //! where a walk meets them. A lamp gives no point more than it emits, and that is the range.
 
 use radgrad_core::{DVec3, Receiver};
@@ -22,7 +22,7 @@ const BLOCK: usize = 16;
 /// Lamps beyond which all are taken where they are met.
 const MOST_LAMPS: usize = 32;
 
-/// The error that closed forms may have, by what a lamp emits: at the point, and where walks arrive.
+/// The allowed error of closed forms relative to a lamp's emission: at the point, and where walks arrive.
 const FINE: f64 = 1e-9;
 const COARSE: f64 = 1e-4;
 
@@ -126,13 +126,13 @@ impl<'a> Light<'a> {
         };
         let point = self.prepared.placement.inward(place.position);
         if let Some(face) = place.face {
-            let Some(known) = model.faces.get(face) else {
+            let Some(own) = model.faces.get(face) else {
                 return Err(refused(format!("there is no face {face}, they are numbered from 0 to {}", model.faces.len() - 1)));
             };
             let (outline, (low, high)) = (model.outline(face), self.prepared.scene.bounds().unwrap_or_default());
-            let (height, reach) = (known.normal.dot(point - outline[0]).abs(), NEAR * (high - low).length());
-            let is_on = height <= reach && (contains(outline, known.normal, point) || is_beside(outline, point, reach));
-            if !is_on || known.normal.dot(normal) <= 0.0 {
+            let (height, reach) = (own.normal.dot(point - outline[0]).abs(), NEAR * (high - low).length());
+            let is_on = height <= reach && (contains(outline, own.normal, point) || is_beside(outline, point, reach));
+            if !is_on || own.normal.dot(normal) <= 0.0 {
                 return Err(refused(format!("it must be on face {face} and face the way that that does")));
             }
         }
@@ -140,7 +140,7 @@ impl<'a> Light<'a> {
         let walker = FromPoint { light: self, walks: self.walks.clone(), face: place.face, point, normal, direct };
         let mut trial = Trial::new(walker, request, delta, 3 + index as u64)?;
         let cut = trial.cut();
-        let each = |(cut, most): (f64, f64)| if most > 0.0 { cut / most } else { 0.0 };
+        let each = |(cut, bound): (f64, f64)| if bound > 0.0 { cut / bound } else { 0.0 };
         trial.walker.walks.cut = cut.into_iter().zip(self.to_come()).map(each).collect();
         let outcome = trial.run()?;
         let with = |(limits, direct): (&Interval, &[f64; 2])| Interval {
@@ -152,14 +152,14 @@ impl<'a> Light<'a> {
         Ok(PointCertificate { irradiance, radiosity, walks: outcome.walks, rays: outcome.rays })
     }
 
-    /// Of each channel, the most light that is still to come after a reflection, over what weights still add up to: lamps that are met count
+    /// Bound in each channel on the light of all later reflections, over the bound on the sum of their weights: lamps that are met count
     /// before the weight is reflected there.
     fn to_come(&self) -> Vec<f64> {
         let Walks { survival, more, .. } = &self.walks;
-        let of = |((closed, met), more): ((&f64, &f64), &f64)| {
+        let remaining_light = |((closed, met), more): ((&f64, &f64), &f64)| {
             closed + if *met > 0.0 && *more > 0.0 { met * (1.0 + 1.0 / more) / survival } else { 0.0 }
         };
-        self.closed.iter().zip(&self.met).zip(more).map(of).collect()
+        self.closed.iter().zip(&self.met).zip(more).map(remaining_light).collect()
     }
 
     /// The radiosity of a point of a face, from its irradiance.
@@ -168,11 +168,11 @@ impl<'a> Light<'a> {
         let [mut reflectance, mut emission] = [vec![1.0; model.channels], vec![1.0; model.channels]];
         model.reflect(face, point, &mut reflectance);
         model.emit(face, point, &mut emission);
-        let of = |((interval, rho), emitted): ((&Interval, &f64), &f64)| {
+        let radiosity = |((interval, rho), emitted): ((&Interval, &f64), &f64)| {
             // Where nothing is reflected nothing is unknown.
             interval.map(|value| emitted + if *rho == 0.0 { 0.0 } else { rho * value })
         };
-        irradiance.iter().zip(&reflectance).zip(&emission).map(of).collect()
+        irradiance.iter().zip(&reflectance).zip(&emission).map(radiosity).collect()
     }
 
     /// The least and the largest irradiance by lamps in closed form, in each channel.
@@ -242,7 +242,7 @@ impl Walker for FromPoint<'_> {
                     let outward = self.light.prepared.placement.outward(point);
                     let direct = self.light.direct(Some(face), outward, model.faces[face].normal, COARSE)?;
                     for (channel, ends) in sums.iter_mut().enumerate() {
-                        // What is known of the value does not tell that it is at most the range.
+                        // The bounds of the closed form do not say that the value is at most the range.
                         let [low, high] = [direct[channel][0], smallest(direct[channel][1], self.light.closed[channel])];
                         *ends = [ends[0] + weights[channel] * low, ends[1] + weights[channel] * high];
                     }
@@ -257,17 +257,17 @@ impl Walker for FromPoint<'_> {
         let Light { closed, met, .. } = self.light;
         let range = |channel: usize| {
             let times = |light: f64, times: f64| if light == 0.0 { 0.0 } else { light * times };
-            times(closed[channel], self.walks.most[channel]) + times(met[channel], 1.0 + self.walks.more[channel])
+            times(closed[channel], self.walks.weight_limits[channel]) + times(met[channel], 1.0 + self.walks.more[channel])
         };
         (0..closed.len()).map(range).collect()
     }
 
-    fn known(&self) -> Vec<f64> {
+    fn deterministic_part(&self) -> Vec<f64> {
         self.direct.iter().map(|[_, high]| *high).collect()
     }
 
     fn leaves_out(&self) -> Vec<f64> {
-        self.walks.cut.iter().zip(self.light.to_come()).map(|(cut, most)| cut * most).collect()
+        self.walks.cut.iter().zip(self.light.to_come()).map(|(cut, bound)| cut * bound).collect()
     }
 }
 
@@ -277,7 +277,7 @@ mod tests {
     use crate::rooms::{self, Room};
     use crate::sampling::tests::limits;
 
-    /// Holds walks from a point of a room in which the radiosity is 1 to what they must bring, with what they may leave out.
+    /// Checks walks from a point of a room in which the radiosity is 1 against their expectation, less the allowed truncation.
     fn hold(room: &Room, cut: f64) -> Result<(), Error> {
         let prepared = Prepared::new(&room.scene)?;
         let model = Model::new(&prepared);
@@ -316,14 +316,14 @@ mod tests {
         let model = Model::new(&prepared);
         let light = Light::new(&model, &prepared, FormFactors::new(&scene)?);
         let normal = DVec3::NEG_Z;
-        let at = DVec3::new(0.5, 0.5, 0.4);
-        let direct = light.direct(None, at, normal, FINE)?;
-        let point = prepared.placement.inward(at);
+        let position = DVec3::new(0.5, 0.5, 0.4);
+        let direct = light.direct(None, position, normal, FINE)?;
+        let point = prepared.placement.inward(position);
         let walker = FromPoint { light: &light, walks: light.walks.clone(), face: None, point, normal, direct };
-        let most = walker.block(1, 0)?.sums.iter().map(|[low, _]| *low).fold(0.0, largest);
+        let largest_sum = walker.block(1, 0)?.sums.iter().map(|[low, _]| *low).fold(0.0, largest);
         let range = walker.ranges()[0];
         // In the middle about its area over pi, times the reflectance.
-        assert!(most > 0.01 && most <= range && range < 1.1 * most, "{most} of {range}");
+        assert!(largest_sum > 0.01 && largest_sum <= range && range < 1.1 * largest_sum, "{largest_sum} of {range}");
         Ok(())
     }
 }

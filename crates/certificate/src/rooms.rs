@@ -6,7 +6,7 @@ use radgrad_scene::{Quantity, Scene, Texture};
 /// A room in which the radiosity is 1 everywhere.
 pub(crate) struct Room {
     pub(crate) scene: Scene,
-    /// The mean of what is reflected.
+    /// The mean reflected radiosity.
     pub(crate) reflected: f64,
     /// A point of its floor, which is face 0 and faces up.
     pub(crate) point: DVec3,
@@ -28,7 +28,7 @@ fn box_of([x, y, z]: [f64; 3]) -> [Polygon; 6] {
     ]
 }
 
-/// Faces with their reflectances and what they emit, by a texture of one texel if that is asked.
+/// Faces with their reflectances and emissions, by a texture of one texel if that is asked.
 fn scene(faces: impl IntoIterator<Item = (Polygon, f64, f64)>, is_textured: bool) -> Scene {
     let mut scene = Scene::new(["grey"]).expect("a channel");
     for (index, (polygon, reflectance, emitted)) in faces.into_iter().enumerate() {

@@ -11,7 +11,7 @@ use crate::{Interval, Request};
 const PILOT: [usize; 2] = [2, 32];
 const PILOT_PART: f64 = 0.05;
 
-/// What a walk may leave out, by the half-width asked for.
+/// The allowed truncation of a walk, relative to the half-width asked for.
 const CUT: f64 = 0.05;
 
 /// Walks beyond those that are expected to be enough, and at least so many more of those that there are where they were not.
@@ -20,7 +20,7 @@ const SPARE: f64 = 1.05;
 /// The most by which the number of walks grows before limits are looked at again.
 const GROWTH: usize = 4;
 
-/// What walks of a kind are.
+/// One kind of walks.
 pub(crate) trait Walker: Sync {
     /// The walks of one stream of random numbers.
     fn block(&self, seed: u64, stream: u64) -> Result<Block, Error>;
@@ -28,10 +28,10 @@ pub(crate) trait Walker: Sync {
     /// Of each channel, the range of a walk's sum.
     fn ranges(&self) -> Vec<f64>;
 
-    /// Of each channel, what is known of the mean that walks add to.
-    fn known(&self) -> Vec<f64>;
+    /// The deterministic part of each channel's mean, to which the walks add.
+    fn deterministic_part(&self) -> Vec<f64>;
 
-    /// Of each channel, what a walk may leave out of its sum.
+    /// Bound on the truncation of a walk's sum in each channel.
     fn leaves_out(&self) -> Vec<f64>;
 }
 
@@ -41,7 +41,7 @@ pub(crate) struct Block {
     /// The sum of each, at least and at most, channel by channel.
     pub(crate) sums: Vec<[f64; 2]>,
     pub(crate) rays: u64,
-    /// What surfaces reflected, channel by channel, where that is kept.
+    /// The reflected weights, surface by surface and channel by channel; empty where they are not recorded.
     pub(crate) surfaces: Vec<f64>,
 }
 
@@ -51,7 +51,7 @@ impl Block {
     }
 }
 
-/// Walks, with what a pilot says of them.
+/// Walks, with the variances and costs that a pilot measured.
 pub(crate) struct Trial<W> {
     pub(crate) walker: W,
     request: Request,
@@ -68,7 +68,7 @@ pub(crate) struct Trial<W> {
     walks_a_block: usize,
 }
 
-/// What walks have come to.
+/// The limits from all walks so far.
 pub(crate) struct Outcome {
     pub(crate) limits: Vec<Interval>,
     pub(crate) walks: usize,
@@ -116,7 +116,7 @@ impl<W: Walker> Trial<W> {
         self.pilot.iter().any(|pilot| pilot.mean > 0.0)
     }
 
-    /// What walks may leave out of their sums in each channel.
+    /// Bound on the truncation of the walks' sums in each channel.
     pub(crate) fn cut(&self) -> Vec<f64> {
         (0..self.pilot.len())
             .map(|channel| CUT * self.half_width(channel, self.pilot[channel].mean) * self.scales[channel])
@@ -125,15 +125,15 @@ impl<W: Walker> Trial<W> {
 
     /// The half-width asked for, over the scale, where sums have this mean.
     fn half_width(&self, channel: usize, mean: f64) -> f64 {
-        self.request.width * (mean + self.walker.known()[channel] / self.scales[channel])
+        self.request.width * (mean + self.walker.deterministic_part()[channel] / self.scales[channel])
     }
 
     /// Walks that the width asked for needs, by the pilot; infinite where that found nothing.
     fn draws(&self) -> f64 {
         let lit = self.pilot.iter().enumerate().filter(|(_, pilot)| pilot.mean > 0.0);
         let need = lit.map(|(channel, pilot)| draws(self.half_width(channel, pilot.mean), pilot.variance, self.delta));
-        let most = need.fold(0.0, largest);
-        if most > 0.0 { SPARE * most } else { f64::INFINITY }
+        let largest_need = need.fold(0.0, largest);
+        if largest_need > 0.0 { SPARE * largest_need } else { f64::INFINITY }
     }
 
     /// Rays that these need.
@@ -152,10 +152,10 @@ impl<W: Walker> Trial<W> {
         let ranges = self.walker.ranges();
         let mut bets: Vec<[Bets; 2]> = self.pilot.iter().map(|pilot| [0, 1].map(|_| Bets::new(self.delta, *pilot))).collect();
         let mut outcome = Outcome { limits: Vec::new(), walks: 0, rays: self.rays, surfaces: Vec::new() };
-        let most = count(self.request.rays as f64 / self.rays_a_block).max(1);
+        let block_limit = count(self.request.rays as f64 / self.rays_a_block).max(1);
         let (mut blocks, mut planned) = (0, count(self.draws() / self.walks_a_block as f64));
         loop {
-            planned = planned.clamp(blocks + 1, most.max(blocks + 1));
+            planned = planned.clamp(blocks + 1, block_limit.max(blocks + 1));
             let last = planned.min(GROWTH * blocks.max(PILOT[1]));
             let drawn = self.blocks(blocks..last)?;
             blocks = last;
@@ -184,7 +184,7 @@ impl<W: Walker> Trial<W> {
                 if is_narrow { 0.0 } else { draws(half_width, bets.variance(), self.delta) }
             };
             let need = bets.iter().enumerate().map(need).fold(0.0, largest);
-            if need == 0.0 || blocks >= most {
+            if need == 0.0 || blocks >= block_limit {
                 return Ok(outcome);
             }
             planned = count(largest(need / self.walks_a_block as f64, blocks as f64) * SPARE);
@@ -212,19 +212,19 @@ pub(crate) mod tests {
     pub(crate) fn limits(walker: &impl Walker, blocks: u64) -> Result<Vec<[[f64; 2]; 2]>, Error> {
         let drawn: Vec<Block> = (0..blocks).map(|stream| walker.block(1, stream)).collect::<Result<_, _>>()?;
         let ranges = walker.ranges();
-        let of = |channel: usize, end: usize| {
+        let limit = |channel: usize, end: usize| {
             let column = drawn.iter().flat_map(|block| block.column(channel, ranges.len(), end));
             let sums: Vec<f64> = column.map(|sum| sum / ranges[channel]).collect();
-            let most = sums.iter().copied().fold(0.0, largest);
-            assert!(most <= 1.0 + 1e-9, "channel {channel}: {most} times the range");
+            let largest_sum = sums.iter().copied().fold(0.0, largest);
+            assert!(largest_sum <= 1.0 + 1e-9, "channel {channel}: {largest_sum} times the range");
             let mut bets = Bets::new(1e-6, Moments { count: 10.0, mean: 0.5, variance: 0.1 });
             bets.extend(sums.iter().copied(), sums.len() as f64);
             [bets.lower(), bets.upper()]
         };
-        Ok((0..ranges.len()).map(|channel| [of(channel, 0), of(channel, 1)]).collect())
+        Ok((0..ranges.len()).map(|channel| [limit(channel, 0), limit(channel, 1)]).collect())
     }
 
-    /// Walks of one step that note what random numbers they are given.
+    /// Walks of one step that record the random numbers they are given.
     struct Noted(Mutex<Vec<(u64, u64)>>);
 
     impl Walker for Noted {
@@ -238,7 +238,7 @@ pub(crate) mod tests {
             vec![1.0]
         }
 
-        fn known(&self) -> Vec<f64> {
+        fn deterministic_part(&self) -> Vec<f64> {
             vec![0.0]
         }
 
@@ -250,19 +250,19 @@ pub(crate) mod tests {
     #[test]
     fn no_random_numbers_are_used_twice() -> Result<(), Error> {
         let request = Request { width: 0.02, seed: 5, ..Request::default() };
-        let mut seen = Vec::new();
+        let mut numbers = Vec::new();
         for kind in [0, 1, 2, 3, 4] {
             let trial = Trial::new(Noted(Mutex::new(Vec::new())), &request, 1e-6, kind)?;
             let walks = trial.run()?.walks;
             let noted = trial.walker.0.into_inner().expect("no panic");
             assert!(noted.len() > PILOT[1] + walks / 64 - 1 && walks > 64 * GROWTH * PILOT[1]);
             assert!(noted.iter().all(|(seed, _)| *seed == 5));
-            seen.extend(noted);
+            numbers.extend(noted);
         }
-        let all = seen.len();
-        seen.sort_unstable();
-        seen.dedup();
-        assert_eq!(seen.len(), all);
+        let count = numbers.len();
+        numbers.sort_unstable();
+        numbers.dedup();
+        assert_eq!(numbers.len(), count);
         Ok(())
     }
 }

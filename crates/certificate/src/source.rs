@@ -64,7 +64,11 @@ impl Source {
 
     /// Of each channel, the most that a walk adds up to.
     pub(crate) fn ranges(&self, walks: &Walks<'_>) -> Vec<f64> {
-        self.shares.iter().zip(&walks.most).map(|(share, most)| if *share == 0.0 { 0.0 } else { share * most }).collect()
+        self.shares
+            .iter()
+            .zip(&walks.weight_limits)
+            .map(|(share, limit)| if *share == 0.0 { 0.0 } else { share * limit })
+            .collect()
     }
 
     /// One walk, with weights relative to [`Self::power`].

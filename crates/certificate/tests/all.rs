@@ -37,7 +37,7 @@ fn scene(faces: impl IntoIterator<Item = (Polygon, f64, f64)>) -> Result<Scene, 
     Ok(scene)
 }
 
-/// A box with a plate of two sides in it, turned, where every face emits what it does not reflect: the radiosity is 1 everywhere.
+/// A box with a plate of two sides in it, turned, where every face has `E = 1 - rho`: the radiosity is 1 everywhere.
 fn furnace(reflectances: [f64; 8]) -> Result<(Scene, f64), Box<dyn Error>> {
     let [sides @ .., above, below] = reflectances;
     let (along, up) = ([0.6, 0.3, 0.1], [-0.2, 0.5, 0.4]);
@@ -57,15 +57,19 @@ fn even_light_is_within_its_limits() -> Outcome {
         let (scene, reflected) = furnace(reflectances)?;
         for seed in 0..8 {
             let certificate = certify(&scene, &Request { width: 0.02, delta: 1e-3, seed, rays: 4_000_000 })?;
-            let [mean, of] = [certificate.mean[0], certificate.reflected[0]];
-            assert!(mean.contains(1.0) && of.contains(reflected), "room {room}, seed {seed}: {mean:?} {of:?}");
+            let [mean, reflected_mean] = [certificate.mean[0], certificate.reflected[0]];
+            assert!(
+                mean.contains(1.0) && reflected_mean.contains(reflected),
+                "room {room}, seed {seed}: {mean:?} {reflected_mean:?}"
+            );
             assert!(mean.half_width() < 0.021, "room {room}, seed {seed}: {mean:?}");
         }
         let place = Place { position: DVec3::new(0.3, 0.2, 0.0), normal: DVec3::Z, face: Some(0) };
         let points = certify_points(&scene, &[place], &Request { width: 0.02, rays: 200_000, ..Request::default() })?;
         let point = points[0].as_ref().map_err(Clone::clone)?;
-        let (irradiance, radiosity) = (point.irradiance[0], point.radiosity.as_ref().map_or(f64::NAN, |of| of[0].half_width()));
-        assert!(point.radiosity.as_ref().is_some_and(|of| of[0].contains(1.0)), "room {room}: {point:?}");
+        let (irradiance, radiosity) =
+            (point.irradiance[0], point.radiosity.as_ref().map_or(f64::NAN, |interval| interval[0].half_width()));
+        assert!(point.radiosity.as_ref().is_some_and(|interval| interval[0].contains(1.0)), "room {room}: {point:?}");
         assert!(
             irradiance.contains(1.0) && irradiance.half_width() < 0.3 && radiosity <= irradiance.half_width(),
             "room {room}: {point:?}"
@@ -75,14 +79,14 @@ fn even_light_is_within_its_limits() -> Outcome {
 }
 
 /// A room of one reflectance with a gap of this width in its ceiling, and a lamp above that shines through it: the mean reflected radiosity but
-/// for what leaves through the gap again, at most the gap's share of all that is incident on walls of that area.
+/// for the light that leaves through the gap again, at most the gap's share of all that is incident on walls of that area.
 fn lit_through_a_gap(rho: f64, gap: f64) -> Result<(Scene, [f64; 2]), Box<dyn Error>> {
     let [floor, _, sides @ ..] = walls([1.0, 1.0, 1.0]);
     // Ceilings face down; the lamp is level with them, 0.01 wide, and faces down.
     let ceiling = |x: f64, width: f64| parallelogram([x, 0.0, 1.0], [0.0, 1.0, 0.0], [width, 0.0, 0.0]);
     let lamp = parallelogram([0.495, 0.495, 6.0], [0.0, 0.01, 0.0], [0.01, 0.0, 0.0]);
-    let rest = 0.5 - 0.5 * gap;
-    let inner: Vec<Polygon> = [floor, ceiling(0.0, rest), ceiling(rest + gap, rest)].into_iter().chain(sides).collect();
+    let margin = 0.5 - 0.5 * gap;
+    let inner: Vec<Polygon> = [floor, ceiling(0.0, margin), ceiling(margin + gap, margin)].into_iter().chain(sides).collect();
     let area: f64 = inner.iter().map(Polygon::area).sum();
     let whole = area + lamp.area();
     // The lamp sees the gap under small angles: a Gauss rule of few points on the gap, at the middle of the lamp, is exact to 1e-5.
@@ -92,14 +96,14 @@ fn lit_through_a_gap(rho: f64, gap: f64) -> Result<(Scene, [f64; 2]), Box<dyn Er
         dz * dz / (std::f64::consts::PI * square * square)
     };
     let count = 400;
-    let at = |k: i32| (f64::from(k) + 0.5) / f64::from(count);
-    let through: f64 = (0..count).map(|k| gap * kernel(0.5, at(k)) / f64::from(count)).sum::<f64>() * lamp.area();
+    let midpoint = |k: i32| (f64::from(k) + 0.5) / f64::from(count);
+    let through: f64 = (0..count).map(|k| gap * kernel(0.5, midpoint(k)) / f64::from(count)).sum::<f64>() * lamp.area();
     let emitted = 1e6;
     let faces = inner.into_iter().map(|polygon| (polygon, rho, 0.0)).chain([(lamp, 0.0, emitted)]);
     let scene = scene(faces)?;
-    // All that comes in is absorbed, or leaves through the gap: of what a reflection sends on, at most some ten times the gap's share of the area.
-    let all = emitted * through * rho / (1.0 - rho) / whole;
-    Ok((scene, [all * (1.0 - 10.0 * gap / area * rho / (1.0 - rho) - 1e-3), all * (1.0 + 1e-3)]))
+    // All that comes in is absorbed, or leaves through the gap: of the light of each reflection, at most some ten times the gap's share of the area.
+    let radiosity = emitted * through * rho / (1.0 - rho) / whole;
+    Ok((scene, [radiosity * (1.0 - 10.0 * gap / area * rho / (1.0 - rho) - 1e-3), radiosity * (1.0 + 1e-3)]))
 }
 
 #[test]
@@ -161,12 +165,15 @@ fn textures_count_where_walks_meet_them() -> Outcome {
     // Mean emission pi 0.625, mean reflectance 0.5, one reflection, half of the area; the factor by that of far squares.
     let factor = 1.0 / (std::f64::consts::PI * 400.0);
     let reflected = 0.5 * 0.5 * std::f64::consts::PI * 0.625 * factor;
-    let of = certificate.reflected[0];
-    assert!(of.contains(reflected * (1.0 - 1e-3)) && of.half_width() < 0.021 * reflected, "{of:?} for {reflected}");
+    let interval = certificate.reflected[0];
+    assert!(
+        interval.contains(reflected * (1.0 - 1e-3)) && interval.half_width() < 0.021 * reflected,
+        "{interval:?} for {reflected}"
+    );
     Ok(())
 }
 
-/// Two cubes with a wall between them, in three channels: on the left every face emits what it does not reflect, times a
+/// Two cubes with a wall between them, in three channels: on the left every face has `E = 1 - rho` times a
 /// number of the channel, and on the right nothing is lit. The floor goes under both, and its textures tell the halves.
 fn lit_and_dark_rooms() -> Result<Scene, Box<dyn Error>> {
     let mut scene = Scene::new(["red", "green", "blue"])?;
@@ -185,12 +192,12 @@ fn lit_and_dark_rooms() -> Result<Scene, Box<dyn Error>> {
         let [even, odd] = [[0.2, 0.5, 0.8], [0.7, 0.1, 0.4]];
         let rho = if index % 2 == 0 { even } else { odd };
         let lit = scene.add_material(format!("lit{index}"), rho, radiance(rho))?;
-        let left = scene.add_surface(format!("left{index}"));
+        let wall = scene.add_surface(format!("left{index}"));
         let moved = polygon.vertices().iter().map(|corner| *corner + DVec3::X).collect();
-        scene.add_face(left, lit, polygon, None)?;
+        scene.add_face(wall, lit, polygon, None)?;
         scene.add_face(right, dark, Polygon::new(moved)?, None)?;
     }
-    // What only hides has no part in the mean.
+    // A surface that only hides has no part in the mean.
     let aside = scene.add_obstruction("aside");
     scene.add_face(aside, dark, parallelogram([5.0; 3], [3.0, 0.0, 0.0], [0.0, 3.0, 0.0]), None)?;
     Ok(scene)
@@ -212,8 +219,9 @@ fn no_light_comes_through_a_wall() -> Outcome {
         let lit = certificate.surfaces[0][channel] / (0.5 * bright * FLOOR[channel]);
         assert!((lit - 1.0).abs() < 0.05, "channel {channel}: {lit}");
     }
-    let at = |x: f64| Place { position: DVec3::new(x, 0.4, 0.0), normal: DVec3::Z, face: Some(0) };
-    let points = certify_points(&scene, &[at(0.3), at(1.7)], &Request { width: 0.02, rays: 300_000, ..Request::default() })?;
+    let place = |x: f64| Place { position: DVec3::new(x, 0.4, 0.0), normal: DVec3::Z, face: Some(0) };
+    let points =
+        certify_points(&scene, &[place(0.3), place(1.7)], &Request { width: 0.02, rays: 300_000, ..Request::default() })?;
     let [lit, dark] = [0, 1].map(|point| points[point].as_ref().expect("on the floor"));
     for (channel, bright) in BRIGHT.into_iter().enumerate() {
         let radiosity = lit.radiosity.as_ref().ok_or("on a face")?[channel];
@@ -246,8 +254,8 @@ fn channels_and_points_share_the_probability() -> Outcome {
     assert_eq!(beside.mean, [alone.mean[0]; 4]);
     assert!(wide.mean[0].half_width() > alone.mean[0].half_width());
     let place = Place { position: DVec3::new(0.3, 0.2, 0.0), normal: DVec3::Z, face: Some(0) };
-    let at = |scene: &Scene, count: usize, delta: f64| certify_points(scene, &vec![place; count], &request(delta));
-    let [alone, beside, of_four] = [at(&one, 1, 0.0625)?, at(&one, 2, 0.125)?, at(&four, 1, 0.25)?];
+    let certify = |scene: &Scene, count: usize, delta: f64| certify_points(scene, &vec![place; count], &request(delta));
+    let [alone, beside, of_four] = [certify(&one, 1, 0.0625)?, certify(&one, 2, 0.125)?, certify(&four, 1, 0.25)?];
     assert_eq!(alone[0], beside[0]);
     let [alone, of_four] = [&alone, &of_four].map(|points| points[0].as_ref().expect("on the floor"));
     assert_eq!(of_four.irradiance, [alone.irradiance[0]; 4]);

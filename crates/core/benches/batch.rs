@@ -124,20 +124,20 @@ macro_rules! by_hand {
             ) -> bool {
                 align_frame();
                 type V = $vector<Avx512>;
-                let all = |v: $number| V::splat(avx512, v);
+                let splat = |v: $number| V::splat(avx512, v);
                 let dot = |a: [V; 3], b: [V; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
                 let cross =
                     |a: [V; 3], b: [V; 3]| [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
                 let ArcTangent { polynomial: series, half_pi, half } = $constants;
                 let edges = [0, 1, 2].map(|i: usize| [0, 1, 2].map(|k: usize| corners[(i + 1) % 3][k] - corners[i][k]));
                 let squares = edges.map(|e| e[0] * e[0] + e[1] * e[1] + e[2] * e[2]);
-                let (zero, mut is_above) = (all(0.0), true);
+                let (zero, mut is_above) = (splat(0.0), true);
                 for first in (0..receivers[0].len()).step_by($lanes) {
                     let load = |k: usize| V::from_slice(avx512, &receivers[k][first..first + $lanes]);
                     let (x, n) = ([load(0), load(1), load(2)], [load(3), load(4), load(5)]);
-                    let inverse = all(1.0) / dot(n, n).sqrt();
+                    let inverse = splat(1.0) / dot(n, n).sqrt();
                     let n = [n[0] * inverse, n[1] * inverse, n[2] * inverse];
-                    let offset = |c: [$number; 3]| [all(c[0]) - x[0], all(c[1]) - x[1], all(c[2]) - x[2]];
+                    let offset = |c: [$number; 3]| [splat(c[0]) - x[0], splat(c[1]) - x[1], splat(c[2]) - x[2]];
                     let r = [offset(corners[0]), offset(corners[1]), offset(corners[2])];
                     let square = [dot(r[0], r[0]), dot(r[1], r[1]), dot(r[2], r[2])];
                     let height = [dot(n, r[0]), dot(n, r[1]), dot(n, r[2])];
@@ -145,40 +145,41 @@ macro_rules! by_hand {
                     let mut w = [[zero; 3]; 3];
                     let (mut own, mut moment, mut inline, mut product) = ([zero; 3], [zero; 3], [zero; 3], [zero; 3]);
                     for k in 0..3 {
-                        w[k] = cross(r[k], [all(edges[k][0]), all(edges[k][1]), all(edges[k][2])]);
+                        w[k] = cross(r[k], [splat(edges[k][0]), splat(edges[k][1]), splat(edges[k][2])]);
                         own[k] = dot(w[k], w[k]);
                         moment[k] = own[k].sqrt();
                         inline[k] = dot(r[k], r[(k + 1) % 3]);
-                        product[k] = all(1.0) / (own[k] * (square[k] * square[(k + 1) % 3]));
+                        product[k] = splat(1.0) / (own[k] * (square[k] * square[(k + 1) % 3]));
                     }
                     let (mut z, mut shifted) = ([zero; 3], [zero.simd_lt(zero); 3]);
                     for k in 0..3 {
                         let width = inline[k].abs();
                         let (least, most) = (moment[k].min(width), moment[k].max(width));
-                        let (half_least, half_most) = (least * all(0.5), most * all(0.5));
+                        let (half_least, half_most) = (least * splat(0.5), most * splat(0.5));
                         shifted[k] = half_most.simd_lt(least + half_least);
                         z[k] = shifted[k].select(least - half_most, least) / shifted[k].select(most + half_least, most);
                     }
                     let q = [z[0] * z[0], z[1] * z[1], z[2] * z[2]];
                     let last = series.len() - 1;
-                    let (mut sum, mut other) = ([all(series[last]); 3], [all(series[last - 1]); 3]);
+                    let (mut sum, mut other) = ([splat(series[last]); 3], [splat(series[last - 1]); 3]);
                     for c in series[..last - 1].iter().rev() {
                         for k in 0..3 {
-                            (sum[k], other[k]) = (other[k], sum[k] * (q[k] * q[k]) + all(*c));
+                            (sum[k], other[k]) = (other[k], sum[k] * (q[k] * q[k]) + splat(*c));
                         }
                     }
                     let (mut value, mut gradient) = (zero, [zero; 3]);
                     for k in 0..3 {
                         let small = z[k] + z[k] * (q[k] * (sum[k] * q[k] + other[k]));
                         let (steep, leftward) = (inline[k].abs().simd_lt(moment[k]), inline[k].simd_lt(zero));
-                        let part = |i: usize| steep.select(all(half_pi[i]), leftward.select(all(half_pi[i] + half_pi[i]), zero));
+                        let part =
+                            |i: usize| steep.select(splat(half_pi[i]), leftward.select(splat(half_pi[i] + half_pi[i]), zero));
                         let turned = steep ^ leftward;
-                        let shift = shifted[k].select(turned.select(all(-half[0]), all(half[0])), zero);
-                        let near = shifted[k].select(all(half[1]), zero) + small;
+                        let shift = shifted[k].select(turned.select(splat(-half[0]), splat(half[0])), zero);
+                        let near = shifted[k].select(splat(half[1]), zero) + small;
                         let high = part(0) + shift;
                         let angle = high + ((((part(0) - high) + shift) + part(1)) + turned.select(-near, near));
-                        let e = [all(edges[k][0]), all(edges[k][1]), all(edges[k][2])];
-                        let (e_square, e_inverse) = (all(squares[k]), all(1.0 / squares[k]));
+                        let e = [splat(edges[k][0]), splat(edges[k][1]), splat(edges[k][2])];
+                        let (e_square, e_inverse) = (splat(squares[k]), splat(1.0 / squares[k]));
                         let inverse_square = product[k] * (square[k] * square[(k + 1) % 3]);
                         let turn = angle * (moment[k] * inverse_square);
                         value += turn * dot(n, w[k]);
@@ -192,7 +193,7 @@ macro_rules! by_hand {
                             gradient[axis] += w[k][axis] * term;
                         }
                     }
-                    let scale = all(scale);
+                    let scale = splat(scale);
                     (value * scale).store_slice(&mut answers[0][first..first + $lanes]);
                     for axis in 0..3 {
                         (gradient[axis] * scale).store_slice(&mut answers[1 + axis][first..first + $lanes]);
@@ -221,13 +222,13 @@ macro_rules! bench_by_hand {
             let [x, y, z, nx, ny, nz, _] = lattice.each_ref().map(Vec::as_slice);
             let corners = [[0.0, 0.0, 1.0], [0.5, 0.75, 1.0], [1.0, 0.0, 1.0]];
             let scale = -0.5 * 2.0 * 0.75 / $pi;
-            let mut found: [Vec<$number>; 4] = std::array::from_fn(|_| vec![0.0; COUNT]);
-            let mut run = || $sums(avx512, black_box([x, y, z, nx, ny, nz]), black_box(corners), scale, &mut found);
+            let mut answered: [Vec<$number>; 4] = std::array::from_fn(|_| vec![0.0; COUNT]);
+            let mut run = || $sums(avx512, black_box([x, y, z, nx, ny, nz]), black_box(corners), scale, &mut answered);
             assert!(run());
             bencher.counter(ItemsCount::new(COUNT)).bench_local(run);
             let mut answers = Answers::new();
             Engine::new().radiosity_and_gradient(&receivers(&lattice), &lamp(0.0), &mut answers).expect("finite");
-            assert!(found[0].iter().zip(&answers.radiosity).all(|(a, b)| (a - b).abs() <= $allowed * b));
+            assert!(answered[0].iter().zip(&answers.radiosity).all(|(a, b)| (a - b).abs() <= $allowed * b));
         }
     };
 }

@@ -25,7 +25,7 @@ fn main() -> Result<(), Error> {
     println!("form factor  {:.17} +- {:.0e}  ({})", answer.radiosity, answer.radiosity_error, answer.method.name());
     println!("catalogue    {catalogue:.17}");
 
-    // The gradient says what a step of 1 mm in each direction changes, before the step is taken.
+    // The gradient predicts the change by a step of 1 mm in each direction, before the step is taken.
     let moved = Receiver::new(DVec3::new(1e-3, 1e-3, 1e-3), DVec3::Z, 1.0)?;
     let change = radgrad_core::radiosity(&moved, &square)? - answer.radiosity;
     println!("gradient     {} per m +- {:.0e}", answer.gradient, answer.gradient_error);

@@ -13,11 +13,11 @@ fn room(side: u32) -> Result<Vec<Emitter>, Error> {
     let walls = [(DVec3::ZERO, x, y), (z, y, x), (DVec3::ZERO, y, z), (x, z, y), (DVec3::ZERO, z, x), (y, x, z)];
     let mut emitters = Vec::new();
     for (corner, a, b) in walls {
-        let at = |i: u32, j: u32| corner + (a * f64::from(i) + b * f64::from(j)) / f64::from(side);
+        let vertex = |i: u32, j: u32| corner + (a * f64::from(i) + b * f64::from(j)) / f64::from(side);
         for (i, j) in (0..side * side).map(|cell| (cell % side, cell / side)) {
             for (second, third) in [((i + 1, j), (i + 1, j + 1)), ((i + 1, j + 1), (i, j + 1))] {
-                let triangle = Polygon::new(vec![at(i, j), at(second.0, second.1), at(third.0, third.1)])?;
-                let emission = Emission::gradient(0.1 + at(i, j).z, DVec3::Z);
+                let triangle = Polygon::new(vec![vertex(i, j), vertex(second.0, second.1), vertex(third.0, third.1)])?;
+                let emission = Emission::gradient(0.1 + vertex(i, j).z, DVec3::Z);
                 emitters.push(Emitter::new(triangle, emission)?);
             }
         }

@@ -16,7 +16,7 @@
 //!   emitter are done in it from the start.
 //!
 //! In short: `Engine::{new, all, threads}` and, on it, `radiosity`, `radiosity_and_gradient`, `radiosity_to`, `evaluate_to` (many
-//! receivers, one emitter), `radiosity_past`, `evaluate_past` (the same past occluders), `each`, `each_to` (one receiver, many emitters),
+//! receivers, one emitter), `radiosity_occluded`, `evaluate_occluded` (the same past occluders), `each`, `each_to` (one receiver, many emitters),
 //! `total` (many of both, summed).
 //!
 //! Digits are lost as by [`crate::radiosity`]: about `log10 D/s` of them at distance D for size s, of a linear emitter three
@@ -156,7 +156,7 @@ macro_rules! compiled {
                 goal: Goal,
                 answers: &mut Answers<Self>,
             ) -> Result<(), Error> {
-                answers.counts = OneReceiver::new(receiver, emitters, goal, engine.level).all(engine.threads, answers)?;
+                answers.counts = OneReceiver::new(receiver, emitters, goal, engine.level).answer_all(engine.threads, answers)?;
                 Ok(())
             }
         }
@@ -455,7 +455,7 @@ impl Engine {
 
     /// Radiosity of each receiver past occluders with its bound, to a relative tolerance.
     ///
-    /// This is [`Self::evaluate_past`] without the gradient. Where a shadow's edge is seen in line with another edge it is much cheaper.
+    /// This is [`Self::evaluate_occluded`] without the gradient. Where a shadow's edge is seen in line with another edge it is much cheaper.
     ///
     /// ```
     /// use radgrad_core::batch::{Answers, Engine, Receivers};
@@ -468,14 +468,14 @@ impl Engine {
     /// let lamp = Emitter::new(square(0.0, 1.0)?, Emission::Constant(1.0))?; // over the floor, and half way down
     /// let screen = square(0.0, 0.5)?; // a square below it, which hides all of it from under its middle
     /// let mut answers = Answers::new();
-    /// Engine::new().radiosity_past(&floor, &lamp, &[&screen], 1e-10, &mut answers)?;
+    /// Engine::new().radiosity_occluded(&floor, &lamp, &[&screen], 1e-10, &mut answers)?;
     /// assert!(answers.radiosity[0] + answers.radiosity_error[0] < 1e-12 && answers.radiosity[1] == 0.0);
     /// # Ok::<(), radgrad_core::Error>(())
     /// ```
     ///
     /// # Errors
     /// If a result overflows, or the tolerance is not in [0, 1].
-    pub fn radiosity_past<F: Precision>(
+    pub fn radiosity_occluded<F: Precision>(
         &self,
         receivers: &Receivers<'_, F>,
         emitter: &Emitter,
@@ -504,7 +504,7 @@ impl Engine {
     /// let lamp = Emitter::new(square(0.0, 1.0)?, Emission::Constant(1.0))?;
     /// let screen = square(5.0, 0.5)?; // beside the lamp: it hides nothing
     /// let (mut past, mut free) = (Answers::new(), Answers::new());
-    /// Engine::new().evaluate_past(&floor, &lamp, &[&screen], 1e-10, &mut past)?;
+    /// Engine::new().evaluate_occluded(&floor, &lamp, &[&screen], 1e-10, &mut past)?;
     /// Engine::new().evaluate_to(&floor, &lamp, 1e-10, &mut free)?;
     /// assert_eq!(past, free);
     /// # Ok::<(), radgrad_core::Error>(())
@@ -512,7 +512,7 @@ impl Engine {
     ///
     /// # Errors
     /// If a result overflows, or the tolerance is not in [0, 1].
-    pub fn evaluate_past<F: Precision>(
+    pub fn evaluate_occluded<F: Precision>(
         &self,
         receivers: &Receivers<'_, F>,
         emitter: &Emitter,

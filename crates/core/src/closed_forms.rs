@@ -57,7 +57,7 @@ pub fn cross<T: Arithmetic>(a: [T; 3], b: [T; 3]) -> [T; 3] {
 
 /// `1/|r|` and `n.r/|r|` of an offset r.
 pub fn sighted<T: Arithmetic>(r: [T; 3], n: [T; 3]) -> [T; 2] {
-    let sighted = Sighted::at(vector(r));
+    let sighted = Sighted::new(vector(r));
     [sighted.inverse, sighted.cosine(vector(n))]
 }
 
@@ -74,7 +74,7 @@ fn line_of<T: Arithmetic>(e: [T; 3], w: [T; 3]) -> Line<T> {
 
 /// Inline and across of the part `fraction` long of an edge e with the moment w, seen from r to s.
 pub fn inline_and_across<T: Arithmetic>([r, s, e, w]: [[T; 3]; 4], fraction: T) -> [T; 2] {
-    let arc = Arc::of_edge(Sighted::at(vector(r)), Sighted::at(vector(s)), fraction, line_of(e, w));
+    let arc = Arc::of_edge(Sighted::new(vector(r)), Sighted::new(vector(s)), fraction, line_of(e, w));
     [arc.inline, arc.across]
 }
 

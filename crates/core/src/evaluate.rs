@@ -65,8 +65,8 @@ pub fn evaluate<'a>(
 ///
 /// ```
 /// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver, evaluate_to};
-/// let at = |x, y, z| DVec3::new(x, y, z);
-/// let ceiling = Polygon::new(vec![at(0.0, 0.0, 1.0), at(0.0, 1.0, 1.0), at(1.0, 1.0, 1.0), at(1.0, 0.0, 1.0)])?;
+/// let point = |x, y, z| DVec3::new(x, y, z);
+/// let ceiling = Polygon::new(vec![point(0.0, 0.0, 1.0), point(0.0, 1.0, 1.0), point(1.0, 1.0, 1.0), point(1.0, 0.0, 1.0)])?;
 /// let lamp = Emitter::new(ceiling, Emission::Constant(1.0))?;
 /// let corner = Receiver::new(DVec3::ZERO, DVec3::Z, 1.0)?;
 /// let answer = evaluate_to(&corner, &lamp, &[], 1e-14)?;
@@ -88,11 +88,11 @@ pub fn evaluate_to<'a>(
 
 /// Calls a function with a list of occluders. Most callers have none, and pay nothing for it.
 #[inline]
-fn with_list<'a, R>(occluders: impl IntoIterator<Item = &'a Polygon>, of: impl FnOnce(&[&'a Polygon]) -> R) -> R {
-    let mut rest = occluders.into_iter();
-    match rest.next() {
-        None => of(&[]),
-        Some(first) => of(&std::iter::once(first).chain(rest).collect::<Few<_>>()),
+fn with_list<'a, R>(occluders: impl IntoIterator<Item = &'a Polygon>, call: impl FnOnce(&[&'a Polygon]) -> R) -> R {
+    let mut remaining = occluders.into_iter();
+    match remaining.next() {
+        None => call(&[]),
+        Some(first) => call(&std::iter::once(first).chain(remaining).collect::<Few<_>>()),
     }
 }
 
@@ -109,13 +109,13 @@ fn answer(receiver: &Receiver, emitter: &Emitter, occluders: &[&Polygon], tolera
     };
     let Some(plan) = plan else { return Ok(Answer::ZERO) };
     let case = Case { receiver, emitter, occluders, plan: &plan };
-    if occluders.is_empty() { case.answer(tolerance) } else { past_occluders(&case, tolerance) }
+    if occluders.is_empty() { case.answer(tolerance) } else { answer_occluded(&case, tolerance) }
 }
 
 /// The answer past those occluders that may hide something.
 #[cold]
 #[inline(never)]
-fn past_occluders(case: &Case<'_>, tolerance: f64) -> Result<Answer, Error> {
+fn answer_occluded(case: &Case<'_>, tolerance: f64) -> Result<Answer, Error> {
     match &*case.near_by() {
         [] => answer(case.receiver, case.emitter, &[], tolerance),
         occluders => Case { occluders, ..*case }.answer(tolerance),
@@ -179,13 +179,13 @@ fn value(receiver: &Receiver, emitter: &Emitter, occluders: &[&Polygon], toleran
 /// # Errors
 /// If the result over- or underflows.
 pub fn radiosity(receiver: &Receiver, emitter: &Emitter) -> Result<f64, Error> {
-    let found = on_lanes::<true, false, _>(
+    let sums = on_lanes::<true, false, _>(
         receiver,
         emitter,
         #[inline(always)]
         |plan, terms| Some((plan, terms.radiosity(receiver))),
     );
-    if let Some((plan, radiosity)) = found
+    if let Some((plan, radiosity)) = sums
         && is_sound([radiosity], emitter)
     {
         return Case { receiver, emitter, occluders: &[], plan: &plan }.radiosity(radiosity);
@@ -213,7 +213,7 @@ pub fn radiosity(receiver: &Receiver, emitter: &Emitter) -> Result<f64, Error> {
 /// # Errors
 /// If the result over- or underflows.
 pub fn gradient(receiver: &Receiver, emitter: &Emitter) -> Result<DVec3, Error> {
-    let found = on_lanes::<false, true, _>(
+    let sums = on_lanes::<false, true, _>(
         receiver,
         emitter,
         #[inline(always)]
@@ -222,7 +222,7 @@ pub fn gradient(receiver: &Receiver, emitter: &Emitter) -> Result<DVec3, Error> 
             is_sound(DVec3::from(gradient).to_array(), emitter).then_some((plan, gradient))
         },
     );
-    if let Some((plan, gradient)) = found {
+    if let Some((plan, gradient)) = sums {
         return Case { receiver, emitter, occluders: &[], plan: &plan }.gradient(gradient);
     }
     let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(DVec3::ZERO) };
@@ -240,9 +240,9 @@ pub fn gradient(receiver: &Receiver, emitter: &Emitter) -> Result<DVec3, Error> 
 /// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver, radiosity, radiosity_and_gradient};
 /// let corners = [(0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, 0.0)].map(|(x, y)| DVec3::new(x, y, 1.0));
 /// let lamp = Emitter::new(Polygon::new(corners.to_vec())?, Emission::Constant(1.0))?;
-/// let at = |x| Receiver::new(DVec3::new(x, 0.2, 0.0), DVec3::Z, 1.0);
-/// let (value, slope) = radiosity_and_gradient(&at(0.1)?, &lamp)?;
-/// assert!((radiosity(&at(0.1001)?, &lamp)? - value - 0.0001 * slope.x).abs() < 1e-8);
+/// let receiver = |x| Receiver::new(DVec3::new(x, 0.2, 0.0), DVec3::Z, 1.0);
+/// let (value, slope) = radiosity_and_gradient(&receiver(0.1)?, &lamp)?;
+/// assert!((radiosity(&receiver(0.1001)?, &lamp)? - value - 0.0001 * slope.x).abs() < 1e-8);
 /// # Ok::<(), radgrad_core::Error>(())
 /// ```
 ///
@@ -250,7 +250,7 @@ pub fn gradient(receiver: &Receiver, emitter: &Emitter) -> Result<DVec3, Error> 
 /// If a result over- or underflows.
 pub fn radiosity_and_gradient(receiver: &Receiver, emitter: &Emitter) -> Result<(f64, DVec3), Error> {
     let are_sound = |radiosity, gradient| [is_sound([radiosity], emitter), is_sound(DVec3::from(gradient).to_array(), emitter)];
-    let found = on_lanes::<true, true, _>(
+    let sums = on_lanes::<true, true, _>(
         receiver,
         emitter,
         #[inline(always)]
@@ -260,7 +260,7 @@ pub fn radiosity_and_gradient(receiver: &Receiver, emitter: &Emitter) -> Result<
             (value_is && gradient_is).then_some((plan, radiosity, gradient))
         },
     );
-    if let Some((plan, radiosity, gradient)) = found {
+    if let Some((plan, radiosity, gradient)) = sums {
         let case = Case { receiver, emitter, occluders: &[], plan: &plan };
         return Ok((case.radiosity(radiosity)?, case.gradient(gradient)?));
     }
@@ -303,8 +303,8 @@ pub fn radiosity_and_gradient(receiver: &Receiver, emitter: &Emitter) -> Result<
 pub fn irradiance_vector(receiver: &Receiver, emitter: &Emitter) -> Result<DVec3, Error> {
     with_case(receiver, emitter, &[], DVec3::ZERO, |case| {
         let components = |Vec3 { x, y, z }: Vec3<f64>| [x, y, z];
-        let found = plain::<true, false>(case).map(|terms| components(terms.irradiance));
-        match found.filter(|vector| is_sound(*vector, emitter)) {
+        let irradiance = plain::<true, false>(case).map(|terms| components(terms.irradiance));
+        match irradiance.filter(|vector| is_sound(*vector, emitter)) {
             Some(vector) => IrradianceVector::unit(case).plain(vector).map(DVec3::from),
             None => case.irradiance_vector(FALLBACK).map(|answer| answer.vector),
         }
@@ -319,14 +319,14 @@ pub fn irradiance_vector(receiver: &Receiver, emitter: &Emitter) -> Result<DVec3
 ///
 /// ```
 /// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver, evaluate, irradiance_vector_to};
-/// let at = |x, y, z| DVec3::new(x, y, z);
-/// let lamp = Polygon::new(vec![at(-1.0, -1.0, 2.0), at(-1.0, 1.0, 2.0), at(1.0, 1.0, 2.0), at(1.0, -1.0, 2.0)])?;
+/// let point = |x, y, z| DVec3::new(x, y, z);
+/// let lamp = Polygon::new(vec![point(-1.0, -1.0, 2.0), point(-1.0, 1.0, 2.0), point(1.0, 1.0, 2.0), point(1.0, -1.0, 2.0)])?;
 /// let lamp = Emitter::new(lamp, Emission::Constant(1.0))?;
-/// let screen = [Polygon::new(vec![at(0.2, -1.0, 1.0), at(0.2, 1.0, 1.0), at(2.0, 0.0, 1.0)])?];
+/// let screen = [Polygon::new(vec![point(0.2, -1.0, 1.0), point(0.2, 1.0, 1.0), point(2.0, 0.0, 1.0)])?];
 /// let floor = Receiver::new(DVec3::ZERO, DVec3::Z, 1.0)?;
 /// let irradiance = irradiance_vector_to(&floor, &lamp, &screen, 1e-12)?;
 /// assert!(irradiance.meets(1e-12));
-/// // Any receiver at this point that sees the same part: its radiosity is (rho/pi) m.E.
+/// // Any receiver point this point that sees the same part: its radiosity is (rho/pi) m.E.
 /// let tilted = Receiver::new(DVec3::ZERO, DVec3::new(0.1, 0.2, 1.0), 0.5)?;
 /// let radiosity = 0.5 / std::f64::consts::PI * tilted.normal().dot(irradiance.vector);
 /// assert!((radiosity - evaluate(&tilted, &lamp, &screen)?.radiosity).abs() < 1e-12 * radiosity);

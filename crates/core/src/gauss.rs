@@ -9,7 +9,7 @@
 //!
 //! The bound is that of each triangle's truncation ([`triangle`]) and rounding ([`sums`]). Polygons off one plane by their
 //! planarity defect, and vertex values off one affine function, add 8 defects over the height and the residual, relative. The defect
-//! also moves polygons along the receiver's normal, against the horizon: [`Scene::off_plane`] bounds what that changes.
+//! also moves polygons along the receiver's normal, against the horizon: [`Scene::off_plane`] bounds the change.
 
 mod outline;
 mod rules;
@@ -33,45 +33,45 @@ use crate::problem::receiver::Receiver;
 /// The truncation of a triangle, relative to its expected value and gradient, that is not worth another node: a quarter of a roundoff.
 pub(crate) const FULL_PRECISION: f64 = 0.25 * ROUNDOFF;
 
-/// Nodes that cost nothing worth counting beside what else an answer takes, and the operations of one.
+/// Nodes whose cost is negligible beside the rest of an answer, and the operations of one.
 const MANY: usize = 1 << 14;
 const OF_A_NODE: u64 = 16;
 
 /// The integral by a rule with at most `most` nodes, of which the truncation is about `enough` or less, relative, where the emission
 /// is nowhere negative, and of [`FULL_PRECISION`] elsewhere; `None` if it takes more nodes, or the emitter is too near for any rule.
-pub(crate) fn integral(receiver: &Receiver, emitter: &Emitter, plan: &Plan, most: usize, enough: f64) -> Option<Integral> {
+pub(crate) fn integral(receiver: &Receiver, emitter: &Emitter, plan: &Plan, node_limit: usize, enough: f64) -> Option<Integral> {
     let (scene, polygon) = (Scene::new(receiver, emitter, plan, enough), emitter.polygon());
     if polygon.planarity_defect() > 0.0 {
-        scene.not_flat(receiver, polygon, plan, most)
+        scene.not_flat(receiver, polygon, plan, node_limit)
     } else {
-        scene.flat(receiver, polygon, plan, most)
+        scene.flat(receiver, polygon, plan, node_limit)
     }
 }
 
 impl<'a> Scene<'a> {
     /// The integral over a polygon that is not quite in one plane.
     #[inline(never)]
-    fn not_flat(&self, receiver: &Receiver, polygon: &Polygon, plan: &Plan, most: usize) -> Option<Integral> {
-        self.flat(receiver, polygon, plan, most).map(|integral| self.off_plane(receiver, polygon, integral))
+    fn not_flat(&self, receiver: &Receiver, polygon: &Polygon, plan: &Plan, node_limit: usize) -> Option<Integral> {
+        self.flat(receiver, polygon, plan, node_limit).map(|integral| self.off_plane(receiver, polygon, integral))
     }
 
     /// The integral over a polygon in one plane.
     #[inline]
-    fn flat(&self, receiver: &Receiver, polygon: &Polygon, plan: &Plan, most: usize) -> Option<Integral> {
+    fn flat(&self, receiver: &Receiver, polygon: &Polygon, plan: &Plan, node_limit: usize) -> Option<Integral> {
         if plan.horizon == Horizon::Above {
             let (fan, power) = polygon.fan();
             let power = plan.power / power;
-            return self.over(fan.iter(), most, |triangle| self.plain_triangle(receiver, triangle, power));
+            return self.over(fan.iter(), node_limit, |triangle| self.plain_triangle(receiver, triangle, power));
         }
         let outline = self.outline(receiver, polygon, plan);
         let spread = outline.iter().map(|corner| corner.local.norm()).fold(0.0, f64::max);
         if let &[a, b, c] = &outline[..] {
             let sides = [(a, b), (b, c), (c, a)].map(|(from, to)| (to.local - from.local).norm_squared());
             let corners = apex_first([a, b, c], sides);
-            return self.over(std::iter::once(corners), most, |corners| self.clipped_triangle(corners, spread));
+            return self.over(std::iter::once(corners), node_limit, |corners| self.clipped_triangle(corners, spread));
         }
         let fan = (1..outline.len().saturating_sub(1)).map(|i| [outline[0], outline[i], outline[i + 1]]);
-        self.over(fan, most, |corners| self.clipped_triangle(corners, spread))
+        self.over(fan, node_limit, |corners| self.clipped_triangle(corners, spread))
     }
 
     /// The integral over a fan, made of triangles one by one.
@@ -79,7 +79,7 @@ impl<'a> Scene<'a> {
     fn over<T>(
         &self,
         fan: impl ExactSizeIterator<Item = T>,
-        most: usize,
+        node_limit: usize,
         triangle: impl Fn(T) -> (Shape, SeenTriangle),
     ) -> Option<Integral> {
         let additions = fan.len().checked_sub(1)?;
@@ -88,7 +88,7 @@ impl<'a> Scene<'a> {
             let (shape, seen) = triangle(corners);
             let rule = self.rule(&shape, &seen)?;
             nodes += rule.nodes();
-            if nodes > most || nodes > MANY && !effort::spend(OF_A_NODE * rule.nodes() as u64) {
+            if nodes > node_limit || nodes > MANY && !effort::spend(OF_A_NODE * rule.nodes() as u64) {
                 return None;
             }
             sum.add(self.integral(&Triangle { shape: &shape, seen: &seen, rule }), additions);

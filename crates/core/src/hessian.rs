@@ -1,6 +1,6 @@
 //! Second derivatives of the radiosity with respect to x, clipped by the receiver's horizon and past occluders.
 //!
-//! What follows is for constant emission; [`crate::forms::second_derivatives`] has what an emission that varies adds. The gradient
+//! The following is for constant emission; [`crate::forms::second_derivatives`] has the terms of an emission that varies. The gradient
 //! is `(rho B/pi) sum int (n1.r) (dy x r) / r^4` over the parts of the emitter's edges above the horizon
 //! ([`crate::forms::constant`]). Its derivative with respect to x at fixed y is minus that with respect to r. The end points of
 //! the parts move with x where the horizon cuts an edge, but the integrand is zero there, `n1.r = 0`: the horizon adds nothing
@@ -94,9 +94,9 @@ impl Hessian {
 /// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver, gradient, hessian};
 /// let triangle = Polygon::new(vec![DVec3::new(1.0, 0.0, 2.0), DVec3::new(-1.0, -1.0, 2.0), DVec3::new(-1.0, 1.0, 2.0)])?;
 /// let lamp = Emitter::new(Polygon::new(triangle.vertices().iter().rev().copied().collect())?, Emission::Constant(1.0))?;
-/// let at = |x| Receiver::new(DVec3::new(x, 0.0, 0.0), DVec3::Z, 1.0);
-/// let difference = (gradient(&at(1e-4)?, &lamp)? - gradient(&at(-1e-4)?, &lamp)?) / 2e-4;
-/// assert!((hessian(&at(0.0)?, &lamp)?.x_axis - difference).length() < 1e-8);
+/// let receiver = |x| Receiver::new(DVec3::new(x, 0.0, 0.0), DVec3::Z, 1.0);
+/// let difference = (gradient(&receiver(1e-4)?, &lamp)? - gradient(&receiver(-1e-4)?, &lamp)?) / 2e-4;
+/// assert!((hessian(&receiver(0.0)?, &lamp)?.x_axis - difference).length() < 1e-8);
 /// # Ok::<(), radgrad_core::Error>(())
 /// ```
 ///
@@ -121,11 +121,11 @@ pub fn hessian(receiver: &Receiver, emitter: &Emitter) -> Result<DMat3, Error> {
 ///
 /// ```
 /// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver, evaluate, hessian_to};
-/// let at = |x, y, z| DVec3::new(x, y, z);
-/// let lamp = Polygon::new(vec![at(-1.0, -1.0, 2.0), at(-1.0, 1.0, 2.0), at(1.0, 1.0, 2.0), at(1.0, -1.0, 2.0)])?;
+/// let point = |x, y, z| DVec3::new(x, y, z);
+/// let lamp = Polygon::new(vec![point(-1.0, -1.0, 2.0), point(-1.0, 1.0, 2.0), point(1.0, 1.0, 2.0), point(1.0, -1.0, 2.0)])?;
 /// let lamp = Emitter::new(lamp, Emission::Constant(1.0))?;
-/// let screen = [Polygon::new(vec![at(0.2, -1.0, 1.0), at(0.2, 1.0, 1.0), at(2.0, 0.0, 1.0)])?];
-/// let floor = |x| Receiver::new(at(x, 0.0, 0.0), DVec3::Z, 1.0);
+/// let screen = [Polygon::new(vec![point(0.2, -1.0, 1.0), point(0.2, 1.0, 1.0), point(2.0, 0.0, 1.0)])?];
+/// let floor = |x| Receiver::new(point(x, 0.0, 0.0), DVec3::Z, 1.0);
 /// let answer = hessian_to(&floor(0.0)?, &lamp, &screen, 1e-12)?;
 /// let gradient = |x| Ok::<_, radgrad_core::Error>(evaluate(&floor(x)?, &lamp, &screen)?.gradient);
 /// let difference = (gradient(1e-4)? - gradient(-1e-4)?) / 2e-4;
@@ -188,7 +188,7 @@ fn columns<T: Real>(case: &Case<'_>) -> Option<[T; 9]> {
     let n1 = unit_normal(receiver);
     let constant = |value: f64| {
         let mut sum = [Vec3::zero(); 2];
-        let mut add = |[on, off]: Symmetric<T>| sum = [sum[0] + on, sum[1] + off];
+        let mut add = |[diagonal, others]: Symmetric<T>| sum = [sum[0] + diagonal, sum[1] + others];
         let is_certain = visit(case, |part| match part {
             ArcOrCorner::Arc(arc) => add(edge_term(n1, arc)),
             ArcOrCorner::Corner(ending, beginning) => add(corner_term(n1, ending, beginning)),
@@ -204,12 +204,12 @@ fn columns<T: Real>(case: &Case<'_>) -> Option<[T; 9]> {
         })?;
         Some((is_certain, sum.total().map(|v| v * albedo::<T>(receiver))))
     };
-    let (is_certain, [on, off]) = match (emitter.emission(), emitter.polynomial()) {
+    let (is_certain, [diagonal, others]) = match (emitter.emission(), emitter.polynomial()) {
         (Emission::Constant(_), _) => constant(emitter.affine().value)?,
         (_, Some(plane)) => varying(SeenPolynomial::new(receiver, emitter, plane, plan.power))?,
         (_, None) => varying(SeenPolynomial::linear(SeenLinear::new(receiver, emitter, plan.power), emitter.polygon()))?,
     };
-    let columns = [on.x, off.z, off.y, off.z, on.y, off.x, off.y, off.x, on.z];
+    let columns = [diagonal.x, others.z, others.y, others.z, diagonal.y, others.x, others.y, others.x, diagonal.z];
     // A corner more or less bounds nothing.
     Some(if is_certain { columns } else { columns.map(|c| c.widened(f64::INFINITY.into())) })
 }

@@ -96,7 +96,7 @@ pub(crate) fn integrate(
         let (values, others) = (sum(&rules[0])?, [sum(&rules[1])?, sum(&rules[2])?]);
         sum(&corners)?;
         let differences = others.map(|other| values.iter().zip(&other).map(|(a, b)| (a - b).abs()).collect::<Vec<_>>());
-        let greatest = |of: &[f64]| of.iter().fold(0.0, |most: f64, e| most.max(*e));
+        let greatest = |errors: &[f64]| errors.iter().fold(0.0, |most: f64, e| most.max(*e));
         let near = NEAR * (highest - lowest);
         let is_cut = (lowest < near && highest > -near) || (highest > 0.0 && doubt(low, size));
         let (errors, along): (Vec<f64>, _) = if is_cut {
@@ -115,15 +115,15 @@ pub(crate) fn integrate(
             cells.push(cell([f64::from(i) * side, f64::from(j) * side], [side; 2])?);
         }
     }
-    let mut left: f64 = cells.iter().map(|cell| cell.worst).sum();
-    while left > tolerance && cells.len() < most_cells {
+    let mut remaining_error: f64 = cells.iter().map(|cell| cell.worst).sum();
+    while remaining_error > tolerance && cells.len() < most_cells {
         let Some(worst) = cells.pop() else { break };
         let (mut low, mut size) = (worst.low, worst.size);
         size[worst.along] *= 0.5;
-        left -= worst.worst;
+        remaining_error -= worst.worst;
         for _ in 0..2 {
             let half = cell(low, size)?;
-            left += half.worst;
+            remaining_error += half.worst;
             cells.push(half);
             low[worst.along] += size[worst.along];
         }
@@ -133,15 +133,15 @@ pub(crate) fn integrate(
 
 /// The sums over all cells, in the order of the heap, which is always the same.
 fn sum(count: usize, cells: BinaryHeap<Cell>) -> Integrals {
-    let mut all = Integrals { values: vec![0.0; count], errors: vec![0.0; count] };
+    let mut total = Integrals { values: vec![0.0; count], errors: vec![0.0; count] };
     for cell in cells.into_sorted_vec() {
         for index in 0..count {
-            all.values[index] += cell.values[index];
+            total.values[index] += cell.values[index];
             // With the rounding of some tens of products and sums.
-            all.errors[index] += cell.errors[index] + 64.0 * f64::EPSILON * cell.values[index].abs();
+            total.errors[index] += cell.errors[index] + 64.0 * f64::EPSILON * cell.values[index].abs();
         }
     }
-    all
+    total
 }
 
 #[cfg(test)]
@@ -163,7 +163,7 @@ mod tests {
         let e = std::f64::consts::E;
         let exact = [(e - 1.0) * (e * e - 1.0) / 2.0, polar, 0.125 * std::f64::consts::PI];
         for (which, tolerance) in [(0, 1e-9), (1, 1e-8), (2, 1e-2)] {
-            let found = integrate(
+            let integrals = integrate(
                 1,
                 tolerance,
                 20_000,
@@ -173,16 +173,20 @@ mod tests {
                     Ok(if which == 2 { 0.5 - at[0] * at[0] - at[1] * at[1] } else { 1.0 })
                 },
             );
-            let found = found.unwrap();
-            let error = (found.values[0] - exact[which]).abs();
-            assert!(error <= found.errors[0] && found.errors[0] <= 2.0 * tolerance, "{which}: {error:e} {:e}", found.errors[0]);
+            let integrals = integrals.unwrap();
+            let error = (integrals.values[0] - exact[which]).abs();
+            assert!(
+                error <= integrals.errors[0] && integrals.errors[0] <= 2.0 * tolerance,
+                "{which}: {error:e} {:e}",
+                integrals.errors[0]
+            );
         }
     }
 
     #[test]
     fn what_cannot_be_reached_is_stated() {
         let step = |at: [f64; 2]| if at[0] + at[1] < 1.1 { 1.0 } else { 0.0 };
-        let found = integrate(
+        let integrals = integrate(
             1,
             1e-9,
             40,
@@ -192,7 +196,7 @@ mod tests {
                 Ok(step(at) - 0.5)
             },
         );
-        let found = found.unwrap();
-        assert!(found.errors[0] > 1e-4 && (found.values[0] - (1.0 - 0.5 * 0.81)).abs() <= found.errors[0]);
+        let integrals = integrals.unwrap();
+        assert!(integrals.errors[0] > 1e-4 && (integrals.values[0] - (1.0 - 0.5 * 0.81)).abs() <= integrals.errors[0]);
     }
 }

@@ -81,9 +81,9 @@ fn refused(what: &'static str, rule: String) -> Error {
 }
 
 /// Whether angles rise by no more than a turn, or half a one.
-fn range(name: &'static str, [from, to]: [f64; 2], low: f64, most: f64) -> Result<(), Error> {
-    let fits = from < to && to - from <= most * (1.0 + 1e-15) && from.is_finite() && from >= low;
-    let rule = || format!("angles from {from} to {to}: they must rise, from {low} or more, by no more than {most}");
+fn range(name: &'static str, [from, to]: [f64; 2], low: f64, high: f64) -> Result<(), Error> {
+    let fits = from < to && to - from <= high * (1.0 + 1e-15) && from.is_finite() && from >= low;
+    let rule = || format!("angles from {from} to {to}: they must rise, from {low} or more, by no more than {high}");
     if fits { Ok(()) } else { Err(refused(name, rule())) }
 }
 
@@ -164,9 +164,9 @@ impl Patch {
 
     /// Largest value of `direction . x` over the patch, or one above it.
     pub(crate) fn farthest_along(&self, direction: DVec3) -> f64 {
-        let most = |points: &[DVec3]| points.iter().map(|p| direction.dot(*p)).fold(f64::NEG_INFINITY, f64::max);
+        let largest = |points: &[DVec3]| points.iter().map(|p| direction.dot(*p)).fold(f64::NEG_INFINITY, f64::max);
         match &self.0 {
-            Form::Polygon(polygon) => most(polygon.vertices()),
+            Form::Polygon(polygon) => largest(polygon.vertices()),
             Form::Sphere(s) => {
                 // Of the azimuths the best one is the same at each polar angle.
                 let around = farthest_on_arc(s.azimuth, [direction.x, direction.y]);
@@ -174,10 +174,10 @@ impl Patch {
             }
             Form::Cylinder(c) => {
                 let around = farthest_on_arc(c.azimuth, [direction.dot(c.zero), direction.dot(c.quarter)]);
-                most(&[c.base, c.base + c.axis]) + c.radius * around
+                largest(&[c.base, c.base + c.axis]) + c.radius * around
             }
-            Form::Bilinear(corners) => most(corners),
-            Form::Bezier(control) => most(control.as_flattened()),
+            Form::Bilinear(corners) => largest(corners),
+            Form::Bezier(control) => largest(control.as_flattened()),
         }
     }
 
@@ -200,13 +200,13 @@ impl Patch {
     /// Largest length of the part of `x - centre` across a direction, or one above it; across no direction, of all of it.
     pub(crate) fn farthest_from(&self, centre: DVec3, along: DVec3) -> f64 {
         let across = |p: DVec3| (p - centre - along * along.dot(p - centre)).length();
-        let most = |points: &[DVec3]| points.iter().map(|&p| across(p)).fold(0.0, f64::max);
+        let largest = |points: &[DVec3]| points.iter().map(|&p| across(p)).fold(0.0, f64::max);
         match &self.0 {
-            Form::Polygon(polygon) => most(polygon.vertices()),
+            Form::Polygon(polygon) => largest(polygon.vertices()),
             Form::Sphere(s) => across(s.centre) + s.radius,
-            Form::Cylinder(c) => most(&[c.base, c.base + c.axis]) + c.radius,
-            Form::Bilinear(corners) => most(corners),
-            Form::Bezier(control) => most(control.as_flattened()),
+            Form::Cylinder(c) => largest(&[c.base, c.base + c.axis]) + c.radius,
+            Form::Bilinear(corners) => largest(corners),
+            Form::Bezier(control) => largest(control.as_flattened()),
         }
     }
 
@@ -296,8 +296,8 @@ fn farthest_on_arc(range: [f64; 2], [x, y]: [f64; 2]) -> f64 {
     if turned_within(range, libm::atan2(y, x)) {
         return libm::hypot(x, y);
     }
-    let at = |angle: f64| x * libm::cos(angle) + y * libm::sin(angle);
-    at(range[0]).max(at(range[1]))
+    let height = |angle: f64| x * libm::cos(angle) + y * libm::sin(angle);
+    height(range[0]).max(height(range[1]))
 }
 
 /// Bernstein polynomials of degree 3.

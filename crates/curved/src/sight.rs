@@ -51,8 +51,8 @@ pub(crate) fn may_hide(which: usize, patches: &[&Patch], size: f64) -> bool {
         }
         Form::Bilinear(_) | Form::Bezier(_) => {
             let step = |i: usize| i as f64 / (GRID - 1) as f64;
-            let at = (0..GRID * GRID).map(|i| [step(i % GRID), step(i / GRID)]);
-            let spots: Vec<Spot> = at.map(|at| patches[which].spot(at)).collect();
+            let places = (0..GRID * GRID).map(|i| [step(i % GRID), step(i / GRID)]);
+            let spots: Vec<Spot> = places.map(|places| patches[which].spot(places)).collect();
             spots.iter().any(|here| {
                 let own = spots.iter().map(|there| here.normal.dot(here.point - there.point)).fold(0.0, f64::max);
                 own > ON * size || behind(here.normal, here.point, &|index| index != which) > ON * size
@@ -164,9 +164,9 @@ fn hidden_by_bilinear(corners: &[DVec3; 4], x: DVec3, d: DVec3, start: Option<&S
         (0.0..=1.0).contains(&u) && (0.0..=1.0).contains(&v) && t > 0.0 && t < 1.0
     };
     let [qa, qb, qc] = quadratic;
-    if let Some(known) = start.or(end) {
+    if let Some(end) = start.or(end) {
         // The sum of the roots gives the other.
-        return qa != 0.0 && on(-2.0 * qb / qa - known.spot.at[0]);
+        return qa != 0.0 && on(-2.0 * qb / qa - end.spot.at[0]);
     }
     let discriminant = qb * qb - qa * qc;
     if discriminant < 0.0 {
@@ -239,14 +239,14 @@ mod tests {
     fn a_patch_does_not_hide_its_own_points_but_may_stand_behind_them() {
         for patch in &patches() {
             for i in 0..30 {
-                let at = [noise(i, 1), noise(i, 2)];
-                let own = Station { patch: 0, spot: patch.spot(at) };
+                let place = [noise(i, 1), noise(i, 2)];
+                let own = Station { patch: 0, spot: patch.spot(place) };
                 let other = Station { patch: 0, spot: patch.spot([noise(i, 3), noise(i, 4)]) };
                 assert!(!hides(0, patch, &own, &other));
                 // Straight up from the patch by a little, nothing is in the way.
                 let up = own.spot.point + own.spot.normal * 1e-3;
-                assert!(!hides(0, patch, &own, &station(3, up.into(), at)));
-                assert!(!hides(0, patch, &station(3, up.into(), at), &own));
+                assert!(!hides(0, patch, &own, &station(3, up.into(), place)));
+                assert!(!hides(0, patch, &station(3, up.into(), place), &own));
             }
         }
         // From the inside of a sphere's wall out through the wall on the other side.

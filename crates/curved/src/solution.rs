@@ -174,9 +174,9 @@ impl CurvedSolution {
                     }
                     let station = Station { patch: part.patch, spot };
                     let row = |(source, from): (usize, &PatchPart)| {
-                        let known = rows.get(index).and_then(|of_node| of_node.get(node)).and_then(|row| row.get(source));
-                        match known {
-                            Some(known) if !new[index] && !new[source] => Ok(known.clone()),
+                        let cached = rows.get(index).and_then(|of_node| of_node.get(node)).and_then(|row| row.get(source));
+                        match cached {
+                            Some(cached) if !new[index] && !new[source] => Ok(cached.clone()),
                             _ => transport.row(&station, from),
                         }
                     };
@@ -200,8 +200,8 @@ impl CurvedSolution {
         row.iter().zip(&self.irradiance).fold([0.0; 2], |[sum, error], (part, held)| {
             let last = part.values.len() - 1;
             let value: f64 = part.values.iter().zip(held).map(|(g, h)| g * h).sum();
-            let off: f64 = part.errors.iter().zip(held).map(|(e, h)| e * h.abs()).sum();
-            [sum + value + part.values[last], error + off + part.errors[last]]
+            let from_errors: f64 = part.errors.iter().zip(held).map(|(e, h)| e * h.abs()).sum();
+            [sum + value + part.values[last], error + from_errors + part.errors[last]]
         })
     }
 
@@ -232,10 +232,10 @@ impl CurvedSolution {
         let of_part = |part: usize| {
             let (basis, at_nodes) = (self.basis(&self.parts[part]), self.at_nodes(part));
             let samples: Vec<f64> = at_nodes.iter().map(|h| h[0]).collect();
-            let left: Vec<f64> = basis.project(&samples).iter().zip(&self.irradiance[part]).map(|(p, h)| p - h).collect();
+            let residual: Vec<f64> = basis.project(&samples).iter().zip(&self.irradiance[part]).map(|(p, h)| p - h).collect();
             let integrals = at_nodes.iter().fold(0.0, |most: f64, h| most.max(h[1]));
             // Cubature errs at the nodes, and so does the polynomial through their samples.
-            basis.magnitude_beyond(&samples) + basis.magnitude(&left) + 2.0 * integrals
+            basis.magnitude_beyond(&samples) + basis.magnitude(&residual) + 2.0 * integrals
         };
         self.residual = (0..self.parts.len()).map(of_part).collect();
         let rho = self.scene.values.iter().map(|values| values[0].largest()).fold(0.0, f64::max);
@@ -322,10 +322,10 @@ impl CurvedSolution {
         self.with_transport(|transport| {
             let row: Result<Vec<Integrals>, Error> = self.parts.iter().map(|part| transport.row(station, part)).collect();
             let row = row?;
-            let [irradiance, off] = self.received(&row);
+            let [irradiance, error] = self.received(&row);
             let reflecting: f64 = row.iter().map(|part| part.values[0] + part.errors[0]).sum();
-            let [rho, emitted] = transport.at(station.patch, station.spot.point)?;
-            let irradiance_bound = reflecting * self.bound + off;
+            let [rho, emitted] = transport.surface_at(station.patch, station.spot.point)?;
+            let irradiance_bound = reflecting * self.bound + error;
             Ok(CurvedAnswer {
                 radiosity: emitted + rho * irradiance,
                 irradiance,

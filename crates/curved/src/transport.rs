@@ -27,7 +27,7 @@ struct Shadow {
 }
 
 impl Shadow {
-    fn of(patch: &Patch) -> Self {
+    fn of_patch(patch: &Patch) -> Self {
         let far = |axis: DVec3| [-patch.farthest_along(-axis), patch.farthest_along(axis)];
         let [x, y, z] = [DVec3::X, DVec3::Y, DVec3::Z].map(far);
         let (low, high) = (DVec3::new(x[0], y[0], z[0]), DVec3::new(x[1], y[1], z[1]));
@@ -45,8 +45,8 @@ impl Shadow {
             return true;
         }
         let (along, lean) = (to_centre.dot(ray) / length, reach / length);
-        let off = (to_centre - ray * (along / length)).length();
-        let nearest = if lean < 1.0 { along + lean * off / (1.0 - lean * lean).sqrt() } else { length };
+        let distance = (to_centre - ray * (along / length)).length();
+        let nearest = if lean < 1.0 { along + lean * distance / (1.0 - lean * lean).sqrt() } else { length };
         let t = (nearest / length).clamp(0.0, 1.0);
         (to_centre - ray * t).length() <= self.radius + reach * t && reach * t > self.half_width
     }
@@ -72,9 +72,9 @@ impl Transport<'_> {
     }
 
     /// Reflectance and emission at a point of a patch.
-    pub(crate) fn at(&self, patch: usize, point: DVec3) -> Result<[f64; 2], Error> {
+    pub(crate) fn surface_at(&self, patch: usize, point: DVec3) -> Result<[f64; 2], Error> {
         let [reflectance, emitted] = &self.values[patch];
-        Ok([reflectance.at(point, patch, "reflectance")?, emitted.at(point, patch, "emission")?])
+        Ok([reflectance.value_at(point, patch, "reflectance")?, emitted.value_at(point, patch, "emission")?])
     }
 
     /// The functions of a part first, the emission last.
@@ -91,7 +91,7 @@ impl Transport<'_> {
             return Ok(row);
         }
         let basis = self.basis(part);
-        let shadows: Vec<Shadow> = between.iter().map(|&b| Shadow::of(self.patches[b])).collect();
+        let shadows: Vec<Shadow> = between.iter().map(|&b| Shadow::of_patch(self.patches[b])).collect();
         let doubt = |low: [f64; 2], size: [f64; 2]| {
             let point = |s: f64, t: f64| part.sample(self.patches, [low[0] + s * size[0], low[1] + t * size[1]]).spot.point;
             let middle = point(0.5, 0.5);
@@ -107,7 +107,7 @@ impl Transport<'_> {
                 above = -1.0;
             }
             let weight = kernel * sample.spot.area;
-            let [rho, emitted] = self.at(part.patch, sample.spot.point)?;
+            let [rho, emitted] = self.surface_at(part.patch, sample.spot.point)?;
             for (sum, value) in sums.iter_mut().zip(basis.values(sample.reference)) {
                 *sum = weight * rho * value;
             }

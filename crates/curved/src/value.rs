@@ -15,7 +15,7 @@ pub enum Value {
     /// A function of the position, from 0 to a largest value that it is held to.
     Function {
         /// The function.
-        of: Arc<dyn Fn(DVec3) -> f64 + Send + Sync>,
+        function: Arc<dyn Fn(DVec3) -> f64 + Send + Sync>,
         /// Its largest value, or one above it.
         largest: f64,
     },
@@ -38,8 +38,8 @@ impl From<f64> for Value {
 
 impl Value {
     /// A function that is between 0 and `largest`.
-    pub fn function(largest: f64, of: impl Fn(DVec3) -> f64 + Send + Sync + 'static) -> Self {
-        Self::Function { of: Arc::new(of), largest }
+    pub fn function(largest: f64, function: impl Fn(DVec3) -> f64 + Send + Sync + 'static) -> Self {
+        Self::Function { function: Arc::new(function), largest }
     }
 
     /// The largest value.
@@ -51,11 +51,11 @@ impl Value {
         }
     }
 
-    pub(crate) fn at(&self, point: DVec3, patch: usize, quantity: &'static str) -> Result<f64, Error> {
+    pub(crate) fn value_at(&self, point: DVec3, patch: usize, quantity: &'static str) -> Result<f64, Error> {
         match self {
             Self::Constant(value) => Ok(*value),
-            Self::Function { of, largest } => {
-                let value = of(point);
+            Self::Function { function, largest } => {
+                let value = function(point);
                 if (0.0..=*largest).contains(&value) {
                     Ok(value)
                 } else {

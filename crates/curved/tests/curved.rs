@@ -38,9 +38,9 @@ fn inside_a_sphere_the_irradiance_is_the_mean_radiosity() {
         for at in [[0.0, 0.5], [0.3, 0.02], [0.9, 0.7]] {
             let (polar, azimuth) = (PI * at[1], TAU * at[0]);
             let outwards = DVec3::new(polar.sin() * azimuth.cos(), polar.sin() * azimuth.sin(), polar.cos());
-            let value = |of: &Value| match of {
+            let value = |quantity: &Value| match quantity {
                 Value::Constant(value) => *value,
-                Value::Function { of, .. } => of(centre + outwards * radius),
+                Value::Function { function, .. } => function(centre + outwards * radius),
             };
             checked(&solution, 0, at, value(&emitted) + value(&reflectance) * irradiance, 1e-6);
         }
@@ -126,10 +126,10 @@ fn a_long_vault_over_a_strip_has_the_factors_of_infinite_ones() {
         // A chord's ends are seen from the arc under half the angles at the centre.
         let angle = PI * (1.0 - u);
         let to_strip = 0.5 * ((0.5 * angle).cos() + (0.5 * angle).sin());
-        let found = solution.gather(1, [u, 0.5]).unwrap();
-        let error = (found.irradiance - (1.0 - to_strip + 0.3 * to_strip)).abs();
+        let gathered = solution.gather(1, [u, 0.5]).unwrap();
+        let error = (gathered.irradiance - (1.0 - to_strip + 0.3 * to_strip)).abs();
         // The light that leaves by the ends is less than 1/400^2.
-        assert!(error <= found.irradiance_bound + 1e-5 && error < 2e-5, "{u}: {found:?} {to_strip}");
+        assert!(error <= gathered.irradiance_bound + 1e-5 && error < 2e-5, "{u}: {gathered:?} {to_strip}");
     }
 }
 
@@ -165,8 +165,10 @@ fn a_flat_bezier_patch_is_a_polygon() {
 /// Control points of `z = c (x^2 + y^2)` over the square from -1 to 1: those of `x^2` are 1, -1/3, -1/3, 1.
 fn paraboloid(c: f64) -> [[DVec3; 4]; 4] {
     let square = [1.0, -1.0 / 3.0, -1.0 / 3.0, 1.0];
-    let at = |i: usize| 2.0 * i as f64 / 3.0 - 1.0;
-    std::array::from_fn(|row| std::array::from_fn(|column| DVec3::new(at(column), at(row), c * (square[column] + square[row]))))
+    let abscissa = |i: usize| 2.0 * i as f64 / 3.0 - 1.0;
+    std::array::from_fn(|row| {
+        std::array::from_fn(|column| DVec3::new(abscissa(column), abscissa(row), c * (square[column] + square[row])))
+    })
 }
 
 #[test]
@@ -265,10 +267,10 @@ fn errors_are_within_what_is_stated_at_any_effort() {
             for at in [[0.5, 0.5], [0.53, 0.47], [0.61, 0.3], [0.95, 0.9], [0.2, 0.55]] {
                 let away = (DVec3::new(10.0 * at[0] - 5.0, 10.0 * at[1] - 5.0, 0.0) - centre).length();
                 let exact = radius * radius * height / away.powi(3);
-                let found = solution.gather(0, at).unwrap();
-                let error = (found.irradiance - exact).abs();
-                assert!(error <= found.irradiance_bound, "{radius} {height} {most_cells} {at:?}: {error:e} {found:?}");
-                (points, nearest) = (points + 1, nearest.max(error / found.irradiance_bound));
+                let gathered = solution.gather(0, at).unwrap();
+                let error = (gathered.irradiance - exact).abs();
+                assert!(error <= gathered.irradiance_bound, "{radius} {height} {most_cells} {at:?}: {error:e} {gathered:?}");
+                (points, nearest) = (points + 1, nearest.max(error / gathered.irradiance_bound));
             }
         }
     }
@@ -294,9 +296,9 @@ fn behind_a_ball_errors_are_within_what_is_stated_at_any_effort() {
                 if up <= radius {
                     continue;
                 }
-                let found = solution.gather(0, at).unwrap();
-                let error = (found.irradiance - exact).abs();
-                assert!(error <= found.irradiance_bound, "{radius} {offset} {most_cells} {at:?}: {error:e} {found:?}");
+                let gathered = solution.gather(0, at).unwrap();
+                let error = (gathered.irradiance - exact).abs();
+                assert!(error <= gathered.irradiance_bound, "{radius} {offset} {most_cells} {at:?}: {error:e} {gathered:?}");
             }
         }
     }

@@ -1,7 +1,7 @@
 //! Functions of single precision on every number that there is: angles and square roots of lanes.
 //!
 //! `cargo run --release -p radgrad-numbers --example all_of_single -- 1` takes all 2^32 of them, some minutes; for a larger number it
-//! takes one in so many. `docs/guide/trust.md` records what all of them gave. Angles are those of (y, 1), (y, -1) and (1, y), which
+//! takes one in so many. `docs/guide/trust.md` records the errors of all. Angles are those of (y, 1), (y, -1) and (1, y), which
 //! are all quotients but for their rounding, against `arc_tangent::atan2` of doubles, whose error Gappa proves to be below 3.91 of its own
 //! roundings. Where the quotient of the smaller by the larger coordinate is no normal number an error is in units of the smallest number.
 //! Every instruction set of the machine is asked.
@@ -30,9 +30,9 @@ const TILE: usize = 1 << 12;
 /// Numbers that there are.
 const ALL: u64 = 1 << 32;
 
-/// What was found of some numbers.
+/// Errors and counts over some numbers.
 #[derive(Clone, Copy, Default)]
-struct Found {
+struct Tally {
     numbers: u64,
     angles: u64,
     /// Largest errors of angles, in units in the last place where the quotient is normal, and where not.
@@ -49,7 +49,7 @@ fn larger(a: f64, b: f64) -> f64 {
     if a >= b || a.is_nan() { a } else { b }
 }
 
-impl Found {
+impl Tally {
     fn with(self, other: Self) -> Self {
         Self {
             numbers: self.numbers + other.numbers,
@@ -87,8 +87,8 @@ fn error(angle: f32, y: f32, x: f32) -> (f64, bool) {
     ((f64::from(angle) - truth).abs() / f64::from(unit), is_small)
 }
 
-fn tile(numbers: &[f32]) -> Found {
-    let mut found = Found { numbers: numbers.len() as u64, ..Found::default() };
+fn tile(numbers: &[f32]) -> Tally {
+    let mut tally = Tally { numbers: numbers.len() as u64, ..Tally::default() };
     // Filled up, and not counted there.
     let mut filled = numbers.to_vec();
     filled.resize(TILE, 1.0);
@@ -100,34 +100,34 @@ fn tile(numbers: &[f32]) -> Found {
             let bits = |set: &[Vec<f32>; 2]| [set[0][k].to_bits(), set[1][k].to_bits()];
             // No numbers, the roots of negative ones, may differ in their bits.
             let differs = |set: &[Vec<f32>; 2]| bits(set) != bits(&sets[0]) && !(set[1][k].is_nan() && roots[k].is_nan());
-            found.differ += u64::from(sets.iter().any(differs));
-            let (off, is_small) = error(angles[k], y[k], x[k]);
-            found.angles += 1;
-            let worst = &mut found.worst[usize::from(is_small)];
-            *worst = larger(off, *worst);
+            tally.differ += u64::from(sets.iter().any(differs));
+            let (error_in_units, is_small) = error(angles[k], y[k], x[k]);
+            tally.angles += 1;
+            let worst = &mut tally.worst[usize::from(is_small)];
+            *worst = larger(error_in_units, *worst);
             if case == 0 && y[k] >= 0.0 {
                 // Rounded twice, and as if once: a double has more than twice as many bits and two.
                 #[allow(clippy::cast_possible_truncation, reason = "to the nearest is what it is for")]
                 let nearest = f64::from(y[k]).sqrt() as f32;
-                found.roots += 1;
-                found.wrong_roots += u64::from(nearest.to_bits() != roots[k].to_bits());
+                tally.roots += 1;
+                tally.wrong_roots += u64::from(nearest.to_bits() != roots[k].to_bits());
             }
         }
     }
-    found
+    tally
 }
 
 /// Every so many-th number, in the tiles of one worker of so many.
-fn of_worker(step: u64, worker: u64, workers: u64) -> Found {
+fn of_worker(step: u64, worker: u64, workers: u64) -> Tally {
     let width = step * TILE as u64;
-    let mut found = Found::default();
+    let mut tally = Tally::default();
     for start in (0..).map(|round| (worker + round * workers) * width).take_while(|start| *start < ALL) {
         let bits = (0..TILE as u64).map(|k| start + k * step).filter(|bits| *bits < ALL);
         let numbers: Vec<f32> = bits.filter_map(|bits| u32::try_from(bits).ok()).map(f32::from_bits).collect();
         let numbers: Vec<f32> = numbers.into_iter().filter(|number| !number.is_nan()).collect();
-        found = found.with(tile(&numbers));
+        tally = tally.with(tile(&numbers));
     }
-    found
+    tally
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -136,11 +136,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         return Err(format!("one in {step}: it must be between 1 and 2^30").into());
     }
     let workers = thread::available_parallelism()?.get() as u64;
-    let all: Vec<Found> = thread::scope(|scope| {
+    let tallies: Vec<Tally> = thread::scope(|scope| {
         let running: Vec<_> = (0..workers).map(|worker| scope.spawn(move || of_worker(step, worker, workers))).collect();
         running.into_iter().map(|thread| thread.join().map_err(|_| "a worker has panicked")).collect::<Result<_, _>>()
     })?;
-    let Found { numbers, angles, worst, roots, wrong_roots, differ } = all.into_iter().fold(Found::default(), Found::with);
+    let Tally { numbers, angles, worst, roots, wrong_roots, differ } = tallies.into_iter().fold(Tally::default(), Tally::with);
     println!("{numbers} numbers of single precision, one in {step}");
     println!("{angles} angles: the largest error {:.3} ulp; where the quotient is not normal {:.3}", worst[0], worst[1]);
     println!("{roots} square roots: {wrong_roots} not the nearest number");

@@ -27,7 +27,7 @@ const NEAREST: RoundingMode = RoundingMode::ToEven;
 /// Arguments in a stretch.
 const STRETCH: u32 = 1 << 20;
 
-/// What is evaluated again is nearer than this, of 2^128 in half a unit of the last place.
+/// Numbers nearer than this, of 2^128 in half a unit of the last place, are evaluated again.
 const NEAR: u128 = 1 << (128 - 18);
 
 /// The most that are printed of a function.
@@ -40,7 +40,7 @@ enum Function {
 }
 
 /// An argument, and how near its value is: minus the logarithm to base 2 of the distance in half units.
-type Found = (f64, f64);
+type Tie = (f64, f64);
 
 impl Function {
     const fn name(self) -> &'static str {
@@ -84,7 +84,7 @@ impl Function {
     }
 
     /// The nearest of the stretch from x upward.
-    fn search(self, x: f64, spacing: f64, consts: &mut Consts) -> Vec<Found> {
+    fn search(self, x: f64, spacing: f64, consts: &mut Consts) -> Vec<Tie> {
         let value = self.value(x, consts);
         let Some(exponent) = value.exponent() else { return Vec::new() };
         let [first, second] = self.derivatives(x);
@@ -113,9 +113,9 @@ impl Function {
     }
 
     /// The nearest ones of so many random stretches.
-    fn best(self, stretches: u64, seed: u64) -> Result<Vec<Found>, astro_float::Error> {
+    fn best(self, stretches: u64, seed: u64) -> Result<Vec<Tie>, astro_float::Error> {
         let (mut random, mut consts) = (ChaCha8Rng::seed_from_u64(seed), Consts::new()?);
-        let mut best: Vec<Found> = Vec::new();
+        let mut best: Vec<Tie> = Vec::new();
         for _ in 0..stretches {
             let exponent = random.random_range(self.exponents());
             let scale = f64::from_bits(u64::from((exponent + 1023).unsigned_abs()) << 52);
@@ -147,7 +147,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for function in [Function::Logarithm, Function::ArcTangent] {
         // As many as there are, whatever the machine: the same stretches.
         const PARTS: u64 = 2;
-        let mut best: Vec<Found> = thread::scope(|scope| {
+        let mut best: Vec<Tie> = thread::scope(|scope| {
             let part = |seed: u64| scope.spawn(move || function.best(stretches.div_ceil(PARTS), seed));
             let running: Vec<_> = (0..PARTS).map(part).collect();
             let ended = running.into_iter().map(|part| part.join().map_err(|_| "a thread has panicked".to_owned()));

@@ -68,7 +68,7 @@ pub trait Doubles: Arithmetic {
     /// The larger one; neither must be NaN.
     fn max(self, other: Self) -> Self;
 
-    /// What rounding left out of the product of two numbers: exact, so the same with a fused multiply-add where that is one
+    /// The rounding error of the product of two numbers: exact, so the same with a fused multiply-add where that is one
     /// instruction.
     #[inline(always)]
     fn product_error(self, other: Self, product: Self) -> Self {
@@ -119,7 +119,7 @@ fn split<T: Doubles>(a: T) -> (T, T) {
     (high, a - high)
 }
 
-/// What rounding left out of the product p of two numbers, without a fused multiply-add (Dekker 1971). Of a double alone a fused multiply-add would be shorter, but without the instruction it is
+/// The rounding error of the product p of two numbers, without a fused multiply-add (Dekker 1971). Of a double alone a fused multiply-add would be shorter, but without the instruction it is
 /// a call of 25 ns, and the default x86-64 target has none.
 #[inline(always)]
 pub(crate) fn product_error<T: Doubles>(a: T, b: T, p: T) -> T {

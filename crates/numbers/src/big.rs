@@ -71,9 +71,9 @@ pub(crate) fn with_bits<R>(bits: usize, computation: impl FnOnce() -> R) -> R {
 }
 
 /// The same within an effort: `None` where it would have taken more. From there on the computation goes on without computing
-/// anything, so that it ends soon, and what it found is dropped. It is a part of the effort of its thread ([`effort`]), and ends with that.
+/// anything, so that it ends soon, and its result is dropped. It is a part of the effort of its thread ([`effort`]), and ends with that.
 pub fn within<R>(bits: usize, limit: u64, computation: impl FnOnce() -> R) -> (Option<R>, Spent) {
-    let limit = limit.min(effort::left());
+    let limit = limit.min(effort::remaining());
     ARENA.with_borrow_mut(|arena| {
         arena.bits = bits.next_multiple_of(64);
         (arena.spent, arena.limit) = (0, limit);
@@ -82,7 +82,7 @@ pub fn within<R>(bits: usize, limit: u64, computation: impl FnOnce() -> R) -> (O
     let result = computation();
     let (bits, effort) = ARENA.with_borrow(|arena| (arena.bits, arena.spent));
     let is_whole = effort <= limit && !effort::is_over();
-    // Not more than there is: who asks for less is answered by what was found with fewer bits.
+    // At most the whole limit: a caller that asks for less has the result of fewer bits.
     effort::spend(effort.min(limit));
     (is_whole.then_some(result), Spent { bits, effort })
 }
@@ -227,7 +227,7 @@ impl Number for Big {
         Magnitude::from(0.0)
     }
     fn size(self) -> Magnitude {
-        self.read(Magnitude::of)
+        self.read(Magnitude::of_number)
     }
     fn high(self) -> f64 {
         self.read(nearest_double)

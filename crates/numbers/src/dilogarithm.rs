@@ -56,8 +56,8 @@ mod tests {
             (3.14, 0.0011039431770471692),
         ];
         for (t, expected) in table {
-            let found = t - 4.0 * clausen_rest(0.5 * t) - t * libm::log(2.0 * libm::sin(0.5 * t));
-            assert!((found - expected).abs() <= 12.0 * ROUNDOFF, "Cl2({t}) = {found} instead of {expected}");
+            let value = t - 4.0 * clausen_rest(0.5 * t) - t * libm::log(2.0 * libm::sin(0.5 * t));
+            assert!((value - expected).abs() <= 12.0 * ROUNDOFF, "Cl2({t}) = {value} instead of {expected}");
             assert_eq!(clausen_rest(-t), -clausen_rest(t));
         }
         assert!((clausen_rest(FRAC_PI_2) - 0.25 * PI * (1.0 - LN_2)).abs() < 2.0 * ROUNDOFF);

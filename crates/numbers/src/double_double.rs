@@ -78,7 +78,7 @@ impl DoubleDouble {
     }
 
     /// Square root by one Newton step from the double one; relative error below 4u^2 (Karp and Markstein 1997). Where the square
-    /// of the root would underflow or overflow it is that of a multiple by a power of four; what is infinite or no number stays so.
+    /// of the root would underflow or overflow it is that of a multiple by a power of four; infinity and NaN stay so.
     #[inline]
     pub fn sqrt(self) -> Self {
         if self.hi <= 0.0 {
@@ -104,8 +104,8 @@ impl DoubleDouble {
         let first = self.hi / divisor.hi;
         let remainder = self - divisor * Self::from(first);
         let second = remainder.hi / divisor.hi;
-        let rest = remainder - divisor * Self::from(second);
-        let third = rest.hi / divisor.hi;
+        let last_remainder = remainder - divisor * Self::from(second);
+        let third = last_remainder.hi / divisor.hi;
         let (hi, lo) = fast_two_sum(first, second);
         Self { hi, lo } + Self::from(third)
     }

@@ -1,15 +1,15 @@
 //! Double-doubles as numbers that a closed form is written on, several side by side on the lanes of a vector.
 //!
-//! Sums and products are those of one double-double. Quotients, roots and functions have no branch, and what is below 2^-44 of a
-//! series is summed in plain double precision.
+//! Sums and products are those of one double-double. Quotients, roots and functions have no branch, and terms below 2^-44 of a
+//! series are summed in plain double precision.
 //!
 //! # Bound
 //! Every result here is within [`ROUNDOFF_ON_LANES`], V = 2^-94, relative; u = 2^-53.
 //! - Sum 3u^2 and product 8u^2, as on one double-double. Quotient: with `q = a_0/b_0` rounded, `a_0 - q b_0` is exact in two parts,
 //!   and `a - q b` errs by `(1 + 2 + 4 + 5) u^2` of a in its four sums and products; divided by `b_0` instead of b it gives the rest,
 //!   at most 5u of the quotient, to 2u: below 32u^2. Root: likewise `2.5u^2 + 3u^2` and u^2 for the square of the step, below 8u^2.
-//! - A step of Horner's rule, `c + z s` with `|z s| <= |c|/4`, errs by `2u^2` from the product and `4u^2` from the sum; what the next
-//!   step makes of it is a quarter at most: below 12u^2 in all.
+//! - A step of Horner's rule, `c + z s` with `|z s| <= |c|/4`, errs by `2u^2` from the product and `4u^2` from the sum; the next
+//!   step multiplies the error by a quarter at most: below 12u^2 in all.
 //! - The terms in plain double precision begin below 2^-44.4 of the first (of the arc tangent; 2^-44.7, 2^-45.8 and 2^-46.6 of the
 //!   logarithm, the sine and Clausen's function), fall by a factor of 4 at least and err by 4u of themselves: 2^-95 in all. The terms
 //!   left out are below 2^-97 together.
@@ -48,28 +48,28 @@ pub trait SideBySide: Doubles {
 #[inline(always)]
 fn series<T: SideBySide>(
     z: DoubleDouble<T>,
-    [wide, all]: [usize; 2],
+    [wide, count]: [usize; 2],
     coefficient: impl Fn(usize) -> DoubleDouble,
     plain: impl Fn(usize) -> f64,
 ) -> DoubleDouble<T> {
-    let mut tail = z.hi.like(plain(all - 1));
-    for k in (wide..all - 1).rev() {
+    let mut tail = z.hi.like(plain(count - 1));
+    for k in (wide..count - 1).rev() {
         tail = tail * z.hi + z.hi.like(plain(k));
     }
     let mut sum = DoubleDouble { hi: tail, lo: tail.like(0.0) };
     for k in (0..wide).rev() {
-        let (c, rest) = (z.of(coefficient(k)), sum * z);
-        let (hi, lo) = fast_two_sum(c.hi, rest.hi);
-        let (hi, lo) = fast_two_sum(hi, lo + (c.lo + rest.lo));
+        let (c, product) = (z.same(coefficient(k)), sum * z);
+        let (hi, lo) = fast_two_sum(c.hi, product.hi);
+        let (hi, lo) = fast_two_sum(hi, lo + (c.lo + product.lo));
         sum = DoubleDouble { hi, lo };
     }
     sum
 }
 
 impl<T: SideBySide> DoubleDouble<T> {
-    /// The same one on each lane.
+    /// A number, the same on each lane.
     #[inline(always)]
-    fn of(self, DoubleDouble { hi, lo }: DoubleDouble) -> Self {
+    fn same(self, DoubleDouble { hi, lo }: DoubleDouble) -> Self {
         Self { hi: self.hi.like(hi), lo: self.hi.like(lo) }
     }
 
@@ -96,7 +96,7 @@ impl<T: SideBySide> DoubleDouble<T> {
             #[inline(always)]
             |k| 1.0 / (2 * k + 1) as f64,
         );
-        (s * sum).times(self.hi.like(2.0)) + self.of(LN_2) * Self { hi: k, lo: self.hi.like(0.0) }
+        (s * sum).times(self.hi.like(2.0)) + self.same(LN_2) * Self { hi: k, lo: self.hi.like(0.0) }
     }
 
     /// As [`crate::arc_tangent::angle`].
@@ -128,8 +128,8 @@ impl<T: SideBySide> Div for DoubleDouble<T> {
     fn div(self, divisor: Self) -> Self {
         let first = self.hi / divisor.hi;
         let (product, error) = two_product(first, divisor.hi);
-        let rest = ((self.hi - product) - (error + first * divisor.lo)) + self.lo;
-        let (hi, lo) = fast_two_sum(first, rest / divisor.hi);
+        let remainder = ((self.hi - product) - (error + first * divisor.lo)) + self.lo;
+        let (hi, lo) = fast_two_sum(first, remainder / divisor.hi);
         Self { hi, lo }
     }
 }
@@ -140,12 +140,12 @@ impl<T: SideBySide> Arithmetic for DoubleDouble<T> {
 
     #[inline(always)]
     fn like(self, constant: f64) -> Self {
-        self.of(DoubleDouble { hi: constant, lo: 0.0 })
+        self.same(DoubleDouble { hi: constant, lo: 0.0 })
     }
 
     #[inline(always)]
     fn like_pi(self) -> Self {
-        self.of(DoubleDouble::pi())
+        self.same(DoubleDouble::pi())
     }
 
     #[inline(always)]
@@ -172,8 +172,8 @@ impl<T: SideBySide> Arithmetic for DoubleDouble<T> {
     fn sqrt(self) -> Self {
         let root = self.hi.sqrt();
         let (square, error) = two_product(root, root);
-        let rest = ((self.hi - square) - error) + self.lo;
-        let (hi, lo) = fast_two_sum(root, rest / (root + root));
+        let remainder = ((self.hi - square) - error) + self.lo;
+        let (hi, lo) = fast_two_sum(root, remainder / (root + root));
         Self { hi, lo }
     }
 
@@ -258,7 +258,7 @@ mod tests {
     /// The functions of two numbers: sum, difference, product, quotient and root, logarithm, both arc tangents, Clausen's of the
     /// third, and the series of the sine of a fourth.
     #[inline(always)]
-    fn all<S: Simd>(simd: S, numbers: [DoubleDouble; 4]) -> [DoubleDouble; 10] {
+    fn every_function<S: Simd>(simd: S, numbers: [DoubleDouble; 4]) -> [DoubleDouble; 10] {
         let splat = |c: DoubleDouble| DoubleDouble { hi: f64x4::splat(simd, c.hi), lo: f64x4::splat(simd, c.lo) };
         let [a, b, t, square] = [splat(numbers[0]), splat(numbers[1]), splat(numbers[2]), splat(numbers[3])];
         let one = |c: DoubleDouble<f64x4<S>>| DoubleDouble { hi: c.hi[2], lo: c.lo[2] };
@@ -303,11 +303,11 @@ mod tests {
             ];
             let mut first = None;
             for level in instruction_sets() {
-                let found = on_instruction_set!(level, simd => all(simd, [a, b, t, square]));
-                assert_eq!(*first.get_or_insert(found), found, "{level:?}");
+                let results = on_instruction_set!(level, simd => every_function(simd, [a, b, t, square]));
+                assert_eq!(*first.get_or_insert(results), results, "{level:?}");
             }
-            for ((worst, found), truth) in worst.iter_mut().zip(first.unwrap()).zip(truth) {
-                let error = (found - truth).hi.abs();
+            for ((worst, number), truth) in worst.iter_mut().zip(first.unwrap()).zip(truth) {
+                let error = (number - truth).hi.abs();
                 let relative = if truth.hi == 0.0 { error } else { error / truth.hi.abs() };
                 *worst = worst.max(relative / ROUNDOFF_ON_LANES);
             }

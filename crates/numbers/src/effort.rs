@@ -1,8 +1,8 @@
-//! Effort: what a computation costs, counted in operations and not in time, so that where it ends does not depend on the machine.
+//! Effort: the cost of a computation, counted in operations and not in time, so that where it ends does not depend on the machine.
 //!
-//! An operation is about one on doubles; one on numbers of many bits counts as many times its words. What may take long, for the size of its
+//! An operation is about one on doubles; one on numbers of many bits counts as many times its words. A computation that may take long, for the size of its
 //! input or for the digits that it needs, pays by [`spend`] as it goes on. Past the limit of its thread it need not compute any more: it
-//! runs out quickly, and [`within`] drops what it found.
+//! runs out quickly, and [`within`] drops its result.
 
 use std::cell::Cell;
 
@@ -26,7 +26,7 @@ impl Drop for Outer {
     }
 }
 
-/// Runs a computation of at most so many operations: its result, or `None` if it would have taken more; and what it has taken.
+/// Runs a computation of at most so many operations: its result, or `None` if it would have taken more; and the operations it has taken.
 ///
 /// ```
 /// use radgrad_numbers::effort::{spend, within};
@@ -37,7 +37,7 @@ impl Drop for Outer {
 /// ```
 pub fn within<R>(limit: u64, computation: impl FnOnce() -> R) -> (Option<R>, u64) {
     let outer = METER.get();
-    let limit = limit.min(left());
+    let limit = limit.min(remaining());
     METER.set(Meter { spent: 0, limit });
     let outer = Outer(outer);
     let result = computation();
@@ -61,9 +61,9 @@ pub fn spent() -> u64 {
     METER.get().spent
 }
 
-/// The operations that are left.
+/// The remaining operations.
 #[must_use]
-pub fn left() -> u64 {
+pub fn remaining() -> u64 {
     let Meter { spent, limit } = METER.get();
     limit.saturating_sub(spent)
 }
@@ -87,10 +87,10 @@ mod tests {
                     std::panic::resume_unwind(Box::new("a fault"));
                 })
             });
-            assert!(panicked.is_err() && left() == 6);
+            assert!(panicked.is_err() && remaining() == 6);
             spend(6) && !spend(1) && is_over()
         });
         assert_eq!((result, spent), (None, 11));
-        assert!(left() > 1 << 60 && !is_over());
+        assert!(remaining() > 1 << 60 && !is_over());
     }
 }

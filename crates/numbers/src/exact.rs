@@ -103,8 +103,8 @@ impl WideSum {
         let leading = (0..3).fold(DoubleDouble::ZERO, leading);
         let exponent = (0..top).fold(LAST_PLACE - 2 * 64 + power, |exponent, _| exponent + 64);
         let [hi, lo] = [leading.hi, leading.lo].map(|part| libm::scalbn(part, exponent));
-        let found = if hi < f64::MIN_POSITIVE { DoubleDouble::from(f64::MIN_POSITIVE) } else { DoubleDouble { hi, lo } };
-        if negative { -found } else { found }
+        let magnitude = if hi < f64::MIN_POSITIVE { DoubleDouble::from(f64::MIN_POSITIVE) } else { DoubleDouble { hi, lo } };
+        if negative { -magnitude } else { magnitude }
     }
 }
 
@@ -132,7 +132,7 @@ fn is_ordinary(number: f64) -> bool {
 pub fn height((n, power_of_n): (DVec3, f64), point: DVec3, origin: DVec3, power: f64) -> DoubleDouble {
     let (n, point, origin) = (n.to_array(), point.to_array(), origin.to_array());
     let are_ordinary = |r: [DoubleDouble; 3]| r.iter().all(|c| is_ordinary(c.hi) && is_ordinary(c.lo));
-    // What is 0 only when scaled was lost.
+    // A component that is 0 only when scaled has underflowed.
     let scaled_n = n.map(|c| c * power_of_n);
     let is_kept = |i: usize| n[i] == 0.0 || (scaled_n[i] != 0.0 && is_ordinary(scaled_n[i]));
     let r = difference(point, origin, 1.0);
@@ -216,11 +216,11 @@ mod tests {
         // 1 (1e300 - 1e300) + 1e-300 (y), from points that doubles span the whole range with.
         let n = DVec3::new(1.0, 1e-300, 0.0);
         for y in [1e-300, -1e-300, 1.0, -3.0, 1e10] {
-            let found = height((n, 1.0), DVec3::new(1e300, y, 0.0), DVec3::new(1e300, 0.0, 0.0), 1e-300);
-            assert_eq!(found.hi.signum(), y.signum(), "{y}: {found:?}");
+            let computed = height((n, 1.0), DVec3::new(1e300, y, 0.0), DVec3::new(1e300, 0.0, 0.0), 1e-300);
+            assert_eq!(computed.hi.signum(), y.signum(), "{y}: {computed:?}");
         }
-        let found = height((n, 1.0), DVec3::new(3.0, 1e300, 5.0), DVec3::new(2.0, -1e300, 1e-310), 0.5);
-        assert_eq!(found.hi, 1.5);
+        let computed = height((n, 1.0), DVec3::new(3.0, 1e300, 5.0), DVec3::new(2.0, -1e300, 1e-310), 0.5);
+        assert_eq!(computed.hi, 1.5);
         assert_eq!(height((n, 1.0), DVec3::splat(1e-310), DVec3::splat(1e-310), 1.0), DoubleDouble::ZERO);
     }
 
@@ -228,8 +228,8 @@ mod tests {
     fn components_of_a_normal_far_apart_are_kept() {
         for (small, large) in [(1.25e-14, 1e308), (5e-324, f64::MAX), (1e-290, 1.0)] {
             let (n, power) = (DVec3::new(small, 0.0, large), normalising_power(large));
-            let seen = |x: f64| height((n, power), DVec3::new(x, 0.0, 3.0), DVec3::new(0.0, 0.0, 3.0), 1.0).hi;
-            assert!(seen(1.0) > 0.0 && seen(-1.0) < 0.0 && seen(0.0) == 0.0);
+            let sign_at = |x: f64| height((n, power), DVec3::new(x, 0.0, 3.0), DVec3::new(0.0, 0.0, 3.0), 1.0).hi;
+            assert!(sign_at(1.0) > 0.0 && sign_at(-1.0) < 0.0 && sign_at(0.0) == 0.0);
             // Times 2^900 it is within the range.
             let far = height((n, power), DVec3::new(2f64.powi(900), 0.0, 0.0), DVec3::ZERO, 1.0).hi;
             let (fraction, exponent) = libm::frexp(small);

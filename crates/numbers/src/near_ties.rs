@@ -1,5 +1,5 @@
-//! Logarithms and arc tangents that lie nearest to a double or midway between two, from `data/reference/near_ties.txt`: what is known to few
-//! digits does not tell on which side. The example `near_ties` finds them.
+//! Logarithms and arc tangents that lie nearest to a double or midway between two, from `data/reference/near_ties.txt`: few digits
+//! do not tell on which side. The example `near_ties` finds them.
 
 use astro_float::{BigFloat, Consts, RoundingMode};
 
@@ -42,7 +42,7 @@ impl Tie {
         if self.is_logarithm { x.ln(BITS, NEAREST, consts) } else { x.atan(BITS, NEAREST, consts) }
     }
 
-    fn of<T: Real>(&self) -> T {
+    fn evaluate<T: Real>(&self) -> T {
         let x = T::exact(self.x);
         if self.is_logarithm { x.ln() } else { x.atan2(T::exact(1.0)) }
     }
@@ -74,28 +74,28 @@ fn near_ties_are_as_near_as_stated_and_every_precision_keeps_its_bound() {
 
         let value = if tie.is_logarithm { logarithm::ln(x) } else { arc_tangent::atan2(x, 1.0) };
         let units = if tie.is_logarithm { logarithm::UNITS } else { arc_tangent::UNITS };
-        let off = |value: f64| minus(&BigFloat::from_f64(value, BITS), &truth);
-        assert!((off(value) / value / ROUNDOFF).abs() <= units, "{x:?}");
+        let error = |value: f64| minus(&BigFloat::from_f64(value, BITS), &truth);
+        assert!((error(value) / value / ROUNDOFF).abs() <= units, "{x:?}");
 
         let wide = DoubleDouble::from(x);
         let value = if tie.is_logarithm { wide.ln() } else { wide.atan2(DoubleDouble::from(1.0)) };
-        let found = minus(&big(value), &truth);
-        assert!((found / value.hi).abs() <= <DoubleDouble as Number>::LIBRARY_UNITS * ROUNDOFF_OF_DOUBLE_DOUBLE, "{x:?}");
+        let wide_error = minus(&big(value), &truth);
+        assert!((wide_error / value.hi).abs() <= <DoubleDouble as Number>::LIBRARY_UNITS * ROUNDOFF_OF_DOUBLE_DOUBLE, "{x:?}");
         // Roundings of 2^-103 tell the side but of the worst case.
         assert!(tie.nearness > 40.0 || side(&big(value)) == distance.signum(), "{x:?}");
 
-        let ball = tie.of::<Ball<f64>>();
-        assert!(off(ball.middle()).abs() <= ball.error(), "{x:?}");
-        let ball = tie.of::<Ball<DoubleDouble>>();
+        let ball = tie.evaluate::<Ball<f64>>();
+        assert!(error(ball.middle()).abs() <= ball.error(), "{x:?}");
+        let ball = tie.evaluate::<Ball<DoubleDouble>>();
         assert!(minus(&big(ball.middle()), &truth).abs() <= ball.error(), "{x:?}");
-        // What users get of it is a double and a bound.
-        assert!(off(ball.value()).abs() <= ball.value_error(), "{x:?}");
+        // Its result for users is a double and a bound.
+        assert!(error(ball.value()).abs() <= ball.value_error(), "{x:?}");
 
         for bits in [128, 256] {
-            let (enclosure, _) = within(bits, u64::MAX, || Enclosure::of(tie.of::<Ball<Big>>()));
+            let (enclosure, _) = within(bits, u64::MAX, || Enclosure::from_ball(tie.evaluate::<Ball<Big>>()));
             let (double, bound) = enclosure.unwrap().to_double();
             let bound = bound.to_double();
-            assert!(off(double).abs() <= bound && bound <= 1.001 * ROUNDOFF * near.abs(), "{x:?}: {bound:e}");
+            assert!(error(double).abs() <= bound && bound <= 1.001 * ROUNDOFF * near.abs(), "{x:?}: {bound:e}");
             // The nearest double, though it is nearly midway.
             assert_eq!(double, near, "{x:?}");
         }

@@ -1,4 +1,4 @@
-//! What an enclosure costs, by digits and by regime. Anchor: a general rigorous integrator takes 0.4 to 11 s a point for 50
+//! The time of an enclosure, by digits and by regime. Anchor: a general rigorous integrator takes 0.4 to 11 s a point for 50
 //! digits.
 
 use divan::Bencher;

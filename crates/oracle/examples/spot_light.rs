@@ -48,7 +48,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let ripple_slope = |y: DVec3| DVec3::X * k * libm::cos(k * y.x);
     report("ripple", &floor, &screen, ripple, Some(&ripple_slope), RIPPLE, 10_000_000)?;
 
-    // It jumps and so has no gradient; and what jumps is slow. Texels as emitters of their own are exact: `evaluate` of core.
+    // It jumps and so has no gradient, and cubature of it is slow. Texels as emitters of their own are exact: `evaluate` of core.
     let texture = |y: DVec3| if ((y.x / TEXEL).floor() + (y.y / TEXEL).floor()).rem_euclid(2.0) == 0.0 { 3.0 } else { 1.0 };
     report("texture", &floor, &screen, texture, None, TEXEL, 3_000_000)?;
 
@@ -68,9 +68,15 @@ fn report(
     let emission = EmissionFunction { radiosity: &radiosity, gradient, detail, bounds: None };
     for tolerance in [1e-3, 1e-9] {
         match integrate_function(receiver, screen, &emission, tolerance, budget) {
-            Ok(found) => println!(
+            Ok(estimate) => println!(
                 "{name:8} to {tolerance:e}: {:.11} +- {:.0e} W/m2, {:?} after {} evaluations\n{:17}gradient {:.9} +- {:.0e} W/m3",
-                found.radiosity, found.radiosity_error, found.status, found.evaluations, "", found.gradient, found.gradient_error
+                estimate.radiosity,
+                estimate.radiosity_error,
+                estimate.status,
+                estimate.evaluations,
+                "",
+                estimate.gradient,
+                estimate.gradient_error
             ),
             Err(error @ Error::Evaluations { .. }) => println!("{name:8} to {tolerance:e}: {error}"),
             Err(error) => return Err(error.into()),

@@ -63,9 +63,9 @@ pub(crate) struct Moments {
 impl Moments {
     pub(crate) fn add(&mut self, value: f64) {
         self.count += 1;
-        let off = value - self.mean;
-        self.mean += off / self.count as f64;
-        self.squares += off * (value - self.mean);
+        let deviation = value - self.mean;
+        self.mean += deviation / self.count as f64;
+        self.squares += deviation * (value - self.mean);
     }
 
     pub(crate) const fn mean(&self) -> f64 {
@@ -102,13 +102,13 @@ impl Moments {
 /// Limits for a probability of which `successes` of `trials` are seen: those p for which `trials KL(successes/trials, p) <=
 /// ln(2/delta)` with `KL(q, p) = q ln(q/p) + (1 - q) ln((1 - q)/(1 - p))` (H. Chernoff 1952), each side with half of `delta`.
 pub(crate) fn of_successes(successes: u32, trials: u32, confidence: f64) -> ConfidenceInterval {
-    let (count, seen) = (f64::from(trials), f64::from(successes) / f64::from(trials));
-    let most = libm::log(2.0 / (1.0 - confidence)) / count;
+    let (count, fraction) = (f64::from(trials), f64::from(successes) / f64::from(trials));
+    let limit = libm::log(2.0 / (1.0 - confidence)) / count;
     let part = |q: f64, p: f64| if q == 0.0 { 0.0 } else { q * libm::log(q / p) };
-    let beyond = |p: f64| part(seen, p) + part(1.0 - seen, 1.0 - p) > most;
+    let beyond = |p: f64| part(fraction, p) + part(1.0 - fraction, 1.0 - p) > limit;
     // `beyond` at the outer end, not at the inner one: the outer end is returned.
     let limit = |outer: f64| {
-        let (mut outer, mut inner) = (outer, seen);
+        let (mut outer, mut inner) = (outer, fraction);
         for _ in 0..60 {
             let middle = 0.5 * (outer + inner);
             if beyond(middle) { outer = middle } else { inner = middle }

@@ -47,8 +47,8 @@ pub enum Status {
 /// # let triangle = Polygon::new(vec![DVec3::Z, DVec3::new(0.0, 1.0, 1.0), DVec3::new(1.0, 0.0, 1.0)])?;
 /// # let lamp = Emitter::new(triangle, Emission::Constant(1.0))?;
 /// # let floor = Receiver::new(DVec3::ZERO, DVec3::Z, 1.0)?;
-/// let found = integrate(&floor, &lamp, 1e-9, 100_000)?;
-/// assert!(found.status == Status::Converged && found.radiosity_error <= 1e-9 * found.radiosity);
+/// let estimate = integrate(&floor, &lamp, 1e-9, 100_000)?;
+/// assert!(estimate.status == Status::Converged && estimate.radiosity_error <= 1e-9 * estimate.radiosity);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -56,9 +56,9 @@ use crate::error::Reached;
 /// # let lamp = Emitter::new(triangle, Emission::Constant(1.0))?;
 /// # let floor = Receiver::new(DVec3::ZERO, DVec3::Z, 1.0)?;
 /// let truth = radgrad_oracle::enclose(&floor, &lamp, 30)?;
-/// let found = radgrad_core::evaluate(&floor, &lamp, &[])?;
-/// assert!(truth.radiosity.error_of(found.radiosity) <= found.radiosity_error);
-/// assert!(truth.gradient[2].radius() < 1e-29 * found.gradient.length());
+/// let answer = radgrad_core::evaluate(&floor, &lamp, &[])?;
+/// assert!(truth.radiosity.error_of(answer.radiosity) <= answer.radiosity_error);
+/// assert!(truth.gradient[2].radius() < 1e-29 * answer.gradient.length());
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug, Clone, PartialEq)]
@@ -71,7 +71,7 @@ pub struct Enclosure {
     pub evaluations: u64,
     /// The arithmetic that was used.
     pub arithmetic: Arithmetic,
-    /// What rounding takes of the radii: of the radiosity's, and of the largest of the gradient's.
+    /// The part of the radii due to rounding: of the radiosity's, and of the largest of the gradient's.
     pub rounding: [f64; 2],
 }
 
@@ -130,7 +130,7 @@ pub fn enclose(receiver: &Receiver, emitter: &Emitter, digits: u32) -> Result<En
 /// # Errors
 /// As [`enclose`]; with the arithmetic given, also if its rounding is too coarse.
 pub fn enclose_source(receiver: &Receiver, source: &Source<'_>, request: &Request) -> Result<Enclosure, Error> {
-    enclose_source_past(receiver, source, &[], request)
+    enclose_source_occluded(receiver, source, &[], request)
 }
 
 /// Encloses radiosity and gradient at `receiver` due to the part of `emitter` that it sees past opaque polygons.
@@ -143,28 +143,28 @@ pub fn enclose_source(receiver: &Receiver, source: &Source<'_>, request: &Reques
 ///
 /// ```
 /// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver};
-/// use radgrad_oracle::enclose_past;
+/// use radgrad_oracle::enclose_occluded;
 /// let rectangle = |x: [f64; 2], z| {
 ///     Polygon::new([(0, 0.0), (0, 1.0), (1, 1.0), (1, 0.0)].map(|(i, y)| DVec3::new(x[i], y, z)).to_vec())
 /// };
 /// let receiver = Receiver::new(DVec3::ZERO, DVec3::Z, 1.0)?;
 /// let lamp = Emitter::new(rectangle([-1.0, 1.0], 1.0)?, Emission::Constant(1.0))?;
-/// let half = enclose_past(&receiver, &lamp, &[rectangle([-1.0, 0.0], 0.5)?], 20)?;
+/// let half = enclose_occluded(&receiver, &lamp, &[rectangle([-1.0, 0.0], 0.5)?], 20)?;
 /// assert!(half.radiosity.error_of(0.138_531_605_994_893) < 1e-15);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
 /// # Errors
 /// As [`enclose`].
-pub fn enclose_past(receiver: &Receiver, emitter: &Emitter, occluders: &[Polygon], digits: u32) -> Result<Enclosure, Error> {
-    enclose_source_past(receiver, &Source::Emitter(emitter), occluders, &Request::digits(digits))
+pub fn enclose_occluded(receiver: &Receiver, emitter: &Emitter, occluders: &[Polygon], digits: u32) -> Result<Enclosure, Error> {
+    enclose_source_occluded(receiver, &Source::Emitter(emitter), occluders, &Request::digits(digits))
 }
 
 /// The same for any emission, arithmetic and budget.
 ///
 /// # Errors
 /// As [`enclose_source`].
-pub fn enclose_source_past(
+pub fn enclose_source_occluded(
     receiver: &Receiver,
     source: &Source<'_>,
     occluders: &[Polygon],

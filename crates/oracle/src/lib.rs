@@ -7,7 +7,7 @@
 //!   boundary), with an estimate of the error and a status that says whether it can be relied on;
 //! - [`monte_carlo`]: past any occluders, with intervals at a stated confidence ([`confidence`]).
 //!
-//! [`enclose`] decides, past occluders [`enclose_past`]: product Gauss rules with an a-priori bound, evaluated in ball arithmetic
+//! [`enclose`] decides, past occluders [`enclose_occluded`]: product Gauss rules with an a-priori bound, evaluated in ball arithmetic
 //! to the digits asked for, on pieces whose boundary is decided by exact signs, so that its answer is an enclosure, not an
 //! estimate. The other two may not contradict it.
 //!
@@ -29,6 +29,6 @@ pub use emission_function::{EmissionBounds, EmissionFunction};
 pub use enclosure::arithmetic::Arithmetic;
 pub use enclosure::interval::Interval;
 pub use enclosure::source::{Polynomial, Source};
-pub use enclosure::{Enclosure, Request, enclose, enclose_past, enclose_source, enclose_source_past};
+pub use enclosure::{Enclosure, Request, enclose, enclose_occluded, enclose_source, enclose_source_occluded};
 pub use error::{Error, Reached};
 pub use source_function::SourceFunction;

@@ -92,14 +92,14 @@ pub struct Estimate {
 }
 
 /// Equivalent number of largest possible contributions below which a mean is not taken for normal. The coverage test measures
-/// what Student's limits are worth above it.
+/// the coverage of Student's limits above it.
 const FEWEST_HITS: f64 = 50.0;
 
 /// Units of rounding in one sample: its point, its weight and the integrand are some forty operations without cancellation.
 const ROUNDINGS_OF_A_SAMPLE: f64 = 64.0;
 
 /// Radiosity and gradient of `emitter` at `receiver` past opaque `occluders`, with limits at the given `confidence` each. Where an occluder
-/// crosses the emitter itself the gradient lacks what the line of that adds.
+/// crosses the emitter itself the gradient lacks the term of that line.
 ///
 /// ```
 /// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver};
@@ -191,7 +191,7 @@ struct Estimator<'a> {
     region: &'a Region,
 }
 
-/// What the samples gave: moments of value and gradient components, and mean magnitudes.
+/// Moments of the samples of value and gradient components, and mean magnitudes.
 #[derive(Default)]
 struct Tally {
     moments: [Moments; 4],
@@ -293,7 +293,7 @@ impl Tally {
         let magnitude = |i: usize| self.magnitudes[i].mean();
         // A component is a sum of three of the frame of the region.
         let of_gradient = self.rounding(magnitude(1) + magnitude(2) + magnitude(3));
-        let of = |i: usize, range: ConfidenceInterval, factor: f64| -> Result<Limits, Error> {
+        let limits = |i: usize, range: ConfidenceInterval, factor: f64| -> Result<Limits, Error> {
             let moments = &self.moments[i];
             let rounding = if i == 0 { self.rounding(magnitude(0)) } else { of_gradient };
             let distribution_free = moments.distribution_free(confidence, range).widened(rounding).within(range).scaled(factor);
@@ -310,8 +310,8 @@ impl Tally {
                 Err(Error::NotFinite { quantity: "a mean of samples or its limit", value: distribution_free.high })
             }
         };
-        let component = |i: usize| of(i, gradient, region.factor * region.unit);
-        let radiosity = of(0, value, region.factor)?;
+        let component = |i: usize| limits(i, gradient, region.factor * region.unit);
+        let radiosity = limits(0, value, region.factor)?;
         let gradient = [component(1)?, component(2)?, component(3)?];
         Ok(Estimate { radiosity, gradient, samples: self.samples, hits: self.hits })
     }

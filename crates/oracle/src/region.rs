@@ -105,14 +105,14 @@ impl Region {
     /// Takes in the part above the horizon of a polygon whose lit side faces the receiver.
     fn see(&mut self, outline: &[PreciseVertex]) -> Result<(), Error> {
         for ear in ear_clipping::triangulate(outline)? {
-            let seen = above_horizon(&ear);
-            for i in 2..seen.len() {
-                cut_at_nearest(&[seen[0], seen[i - 1], seen[i]], &mut self.triangles);
+            let visible = above_horizon(&ear);
+            for i in 2..visible.len() {
+                cut_at_nearest(&[visible[0], visible[i - 1], visible[i]], &mut self.triangles);
             }
         }
-        let seen = above_horizon(outline);
-        for (i, from) in seen.iter().enumerate() {
-            let to = &seen[(i + 1) % seen.len()];
+        let visible = above_horizon(outline);
+        for (i, from) in visible.iter().enumerate() {
+            let to = &visible[(i + 1) % visible.len()];
             let rim: Vec<PreciseVertex> = [Some(*from), nearest_within(from, to), Some(*to)].into_iter().flatten().collect();
             self.outline.extend(rim.windows(2).map(|ends| ends[0].edge_to(&ends[1])));
         }
@@ -124,7 +124,7 @@ impl Region {
         self.position + (self.axes[0] * p + self.axes[1] * q - self.axes[2] * self.height) / self.unit
     }
 
-    /// The seen point at in-plane coordinates `(p, q)`, with what the corners carry.
+    /// The seen point at in-plane coordinates `(p, q)`, with height and emission interpolated from the corners.
     pub(crate) fn vertex(&self, p: f64, q: f64) -> Option<Vertex> {
         self.triangles.iter().find_map(|triangle| triangle.vertex(p, q))
     }
@@ -205,18 +205,18 @@ pub(crate) fn twice_area(a: &PreciseVertex, b: &PreciseVertex, c: &PreciseVertex
 
 /// The part of a polygon with `s >= 0` (Sutherland and Hodgman 1974).
 fn above_horizon(polygon: &[PreciseVertex]) -> Vec<PreciseVertex> {
-    let mut seen = Vec::with_capacity(polygon.len() + 1);
+    let mut above = Vec::with_capacity(polygon.len() + 1);
     for (i, here) in polygon.iter().enumerate() {
         let next = &polygon[(i + 1) % polygon.len()];
         if !here.s.is_negative() {
-            seen.push(*here);
+            above.push(*here);
         }
         let crosses = (here.s.is_positive() && next.s.is_negative()) || (here.s.is_negative() && next.s.is_positive());
         if crosses {
-            seen.push(PreciseVertex { s: Pair::ZERO, ..here.towards(next, here.s / (here.s - next.s)) });
+            above.push(PreciseVertex { s: Pair::ZERO, ..here.towards(next, here.s / (here.s - next.s)) });
         }
     }
-    if seen.iter().any(|vertex| vertex.s.is_positive()) { seen } else { Vec::new() }
+    if above.iter().any(|vertex| vertex.s.is_positive()) { above } else { Vec::new() }
 }
 
 /// Cuts a triangle into a fan around its point nearest to the foot of the receiver, with a spoke to the nearest point of every
@@ -270,7 +270,7 @@ mod tests {
 
     use super::*;
 
-    fn seen(corners: &[[f64; 2]], height: f64, foot: [f64; 2], normal: [f64; 3]) -> Region {
+    fn region(corners: &[[f64; 2]], height: f64, foot: [f64; 2], normal: [f64; 3]) -> Region {
         let vertices = corners.iter().map(|[x, y]| DVec3::new(*x, *y, 0.0)).collect();
         let emitter = Emitter::new(Polygon::new(vertices).unwrap(), Emission::Constant(1.0)).unwrap();
         let receiver = Receiver::new(DVec3::new(foot[0], foot[1], height), normal.into(), 1.0).unwrap();
@@ -286,21 +286,21 @@ mod tests {
     #[test]
     fn a_concave_polygon_is_covered_once() {
         for foot in [[0.5, 0.5], [1.5, 1.5], [1.0, 1.0], [0.0, 0.7], [5.0, -3.0]] {
-            assert!((area(&seen(&L_SHAPE, 1e-3, foot, [0.0, 0.0, -1.0])) - 3.0).abs() < 1e-14);
+            assert!((area(&region(&L_SHAPE, 1e-3, foot, [0.0, 0.0, -1.0])) - 3.0).abs() < 1e-14);
         }
     }
 
     #[test]
     fn the_horizon_cuts_off_what_is_below_it() {
         // n1 = (1, 0, 0) at x = 1.5 sees the unit square's half beyond; looking the other way, the rest.
-        assert!((area(&seen(&L_SHAPE, 1.0, [1.5, 0.5], [1.0, 0.0, 0.0])) - 0.5).abs() < 1e-15);
-        assert!((area(&seen(&L_SHAPE, 1.0, [1.5, 0.5], [-1.0, 0.0, 0.0])) - 2.5).abs() < 1e-15);
-        assert!(seen(&L_SHAPE, 1.0, [1.5, 0.5], [0.0, 0.0, 1.0]).triangles.is_empty());
+        assert!((area(&region(&L_SHAPE, 1.0, [1.5, 0.5], [1.0, 0.0, 0.0])) - 0.5).abs() < 1e-15);
+        assert!((area(&region(&L_SHAPE, 1.0, [1.5, 0.5], [-1.0, 0.0, 0.0])) - 2.5).abs() < 1e-15);
+        assert!(region(&L_SHAPE, 1.0, [1.5, 0.5], [0.0, 0.0, 1.0]).triangles.is_empty());
     }
 
     #[test]
     fn the_unlit_side_sees_nothing() {
-        let region = seen(&L_SHAPE, -1.0, [0.5, 0.5], [0.0, 0.0, 1.0]);
+        let region = region(&L_SHAPE, -1.0, [0.5, 0.5], [0.0, 0.0, 1.0]);
         assert!(region.triangles.is_empty() && region.outline.is_empty() && !region.touched);
     }
 
@@ -309,7 +309,7 @@ mod tests {
         for (foot, touched) in
             [([0.5, 0.5], true), ([1.0, 1.5], true), ([2.0, 1.0], true), ([1.5, 1.5], false), ([3.0, 0.0], false)]
         {
-            assert_eq!(seen(&L_SHAPE, 0.0, foot, [0.0, 0.0, 1.0]).touched, touched, "{foot:?}");
+            assert_eq!(region(&L_SHAPE, 0.0, foot, [0.0, 0.0, 1.0]).touched, touched, "{foot:?}");
         }
     }
 
@@ -331,16 +331,16 @@ mod tests {
             let position = in_tilted_plane(811 * i - 30_011, 577 * i - 20_011);
             let region = from(position);
             assert!(region.triangles.is_empty() && region.outline.is_empty(), "{i}");
-            let off = |up: bool| position.with_x(if up { position.x.next_up() } else { position.x.next_down() });
+            let moved = |up: bool| position.with_x(if up { position.x.next_up() } else { position.x.next_down() });
             let lit_up = emitter.polygon().normal().x > 0.0;
-            assert!(!from(off(lit_up)).triangles.is_empty() && from(off(!lit_up)).triangles.is_empty(), "{i}");
+            assert!(!from(moved(lit_up)).triangles.is_empty() && from(moved(!lit_up)).triangles.is_empty(), "{i}");
         }
         assert!(from(in_tilted_plane(10_007, 10_009)).touched && !from(in_tilted_plane(-10_007, 10_009)).touched);
     }
 
     #[test]
     fn halving_covers_the_triangle() {
-        let region = seen(&L_SHAPE, 0.5, [0.3, 0.6], [0.0, 0.0, -1.0]);
+        let region = region(&L_SHAPE, 0.5, [0.3, 0.6], [0.0, 0.0, -1.0]);
         for triangle in &region.triangles {
             for half in triangle.halves() {
                 let [a, b, c] = half.corners;
@@ -353,7 +353,7 @@ mod tests {
     #[test]
     fn an_edge_that_passes_close_keeps_its_relative_distance() {
         let needle = [[0.0, 0.0], [1.0, 0.0], [0.4, 1e-9]];
-        let region = seen(&needle, 1.0, [0.3, 2e-10], [0.0, 0.0, -1.0]);
+        let region = region(&needle, 1.0, [0.3, 2e-10], [0.0, 0.0, -1.0]);
         let distances: Vec<f64> =
             region.outline.iter().map(|edge| edge.moment.abs() / edge.squared_length().sqrt() / region.unit).collect();
         assert!(distances.iter().any(|d| (d / 2e-10 - 1.0).abs() < 1e-14), "{distances:?}");

@@ -62,7 +62,7 @@ use sampling::LampTriangle;
 /// Weight below which a walk goes on with a probability.
 pub const LEAST_WEIGHT: f64 = 0.02;
 
-/// What the rest of a walk may be at most, in the mean, over what the whole may be.
+/// Allowed mean truncation of a walk over the bound on its sum.
 const REST: f64 = 1e-5;
 
 /// Reflectance and emitted radiosity that vary over a face, at a point of it.
@@ -98,7 +98,7 @@ pub struct Face {
 }
 
 impl Face {
-    fn at(&self, point: DVec3) -> [f64; 2] {
+    fn reflectance_and_emission(&self, point: DVec3) -> [f64; 2] {
         self.pattern.as_ref().map_or([self.reflectance, self.emitted], |pattern| (pattern.0)(point))
     }
 }
@@ -185,7 +185,7 @@ pub struct Truth {
 /// Sums of products of reflectances along a walk.
 #[derive(Debug, Clone, Copy)]
 struct Series {
-    /// `S`, what the rule of survival may add included.
+    /// `S`, the part that the rule of survival may add included.
     reflected: f64,
     /// `T`, the same.
     whole: f64,
@@ -275,15 +275,16 @@ impl Scene {
 
     /// `c_j`: no look at the lamps from a point of the face gives more.
     fn most_light(&self, face: usize) -> f64 {
-        let of = |(lamp, of): (usize, &Face)| {
-            let lit = of.exchanges && of.emitted > 0.0 && lamp != face && self.may_face(lamp, face) && self.may_face(face, lamp);
+        let light_from = |(lamp, other): (usize, &Face)| {
+            let lit =
+                other.exchanges && other.emitted > 0.0 && lamp != face && self.may_face(lamp, face) && self.may_face(face, lamp);
             if !lit {
                 return 0.0;
             }
             let distance = self.distance(lamp, face);
-            of.emitted * (self.areas[lamp] / (PI * distance * distance)).min(2.0)
+            other.emitted * (self.areas[lamp] / (PI * distance * distance)).min(2.0)
         };
-        self.faces.iter().enumerate().map(of).sum()
+        self.faces.iter().enumerate().map(light_from).sum()
     }
 
     /// `max_j rho_j k_j` for a point: of the kernel `(n_x.u)(-n_y.u) / (pi d^2)`, the product of cosines is at most `(1 -
@@ -291,7 +292,7 @@ impl Scene {
     fn largest_kernel(&self, point: &Point) -> f64 {
         let normal = self.faces[point.face].polygon.normal();
         let slack = self.caster.slack();
-        let of = |(index, face): (usize, &Face)| {
+        let kernel_bound = |(index, face): (usize, &Face)| {
             let other = face.polygon.normal();
             let height = other.dot(point.position - face.polygon.vertices()[0]) + slack;
             let dark = index == point.face || !face.exchanges || height <= 0.0 || !self.may_face(point.face, index);
@@ -303,6 +304,6 @@ impl Scene {
             let cosines = (0.5 * (1.0 - normal.dot(other)) + 1e-12).min(height / distance).min(1.0);
             face.reflectance * cosines / (PI * distance * distance)
         };
-        self.faces.iter().enumerate().map(of).fold(0.0, f64::max)
+        self.faces.iter().enumerate().map(kernel_bound).fold(0.0, f64::max)
     }
 }

@@ -18,7 +18,7 @@ pub enum SourceFunction<'a> {
 }
 
 impl SourceFunction<'_> {
-    /// Emission at vertex `index` if the emission is affine: what interpolation starts from.
+    /// Emission at vertex `index` if the emission is affine, for interpolation.
     pub(crate) fn at_vertex(&self, index: usize) -> Option<f64> {
         let Self::Emitter(emitter) = self else { return None };
         Some(match emitter.emission() {
@@ -52,7 +52,7 @@ impl SourceFunction<'_> {
         }
     }
 
-    /// Refuses a function that has not what `asker` needs.
+    /// Refuses a function without the parts that `asker` needs.
     pub(crate) fn check(&self, needs_gradient: bool, asker: &'static str) -> Result<(), Error> {
         let Self::Function(function) = self else { return Ok(()) };
         function.check()?;

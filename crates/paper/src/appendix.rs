@@ -89,12 +89,13 @@ fn evaluate(receiver: &Receiver, emitter: &Emitter, misprints: Misprints<'_>) ->
     // Lengths in a unit near the distance: r^-4 then keeps its exponent range at any scale, and powers of two cost no digits.
     let power = normalising_power(vertices.iter().map(|v| (*v - x).abs().max_element()).fold(0.0, f64::max));
     let whole: Vec<Vertex> = vertices.iter().map(|v| Vertex { r: (*v - x) * power, b: emitter.emission_at(*v) }).collect();
-    let seen = if misprints.planted(Misprint::HorizonIgnored) { whole } else { horizon::part_above(&whole, receiver.normal()) };
-    if seen.is_empty() {
+    let visible =
+        if misprints.planted(Misprint::HorizonIgnored) { whole } else { horizon::part_above(&whole, receiver.normal()) };
+    if visible.is_empty() {
         return Ok((0.0, DVec3::ZERO));
     }
     let k = if misprints.planted(Misprint::TriangleK) { printed_k(emitter) } else { k(emitter) };
-    let sums = AppendixSums::new([receiver.normal(), emitter.polygon().normal(), k / power], &seen, misprints)?;
+    let sums = AppendixSums::new([receiver.normal(), emitter.polygon().normal(), k / power], &visible, misprints)?;
     let factor = receiver.reflectance() / misprints.choose(Misprint::ValueDoubled, 2.0, 1.0) / std::f64::consts::PI;
     let radiosity = factor * sums.value();
     let sign = misprints.choose(Misprint::Equation9Sign, 1.0, -1.0);
@@ -136,25 +137,25 @@ struct AppendixSums<'a> {
 }
 
 impl<'a> AppendixSums<'a> {
-    fn new([n1, n2, k]: [DVec3; 3], seen: &[Vertex], misprints: Misprints<'a>) -> Result<Self, Error> {
-        let count = seen.len();
-        let r = |i: usize| seen[i % count].r;
+    fn new([n1, n2, k]: [DVec3; 3], visible: &[Vertex], misprints: Misprints<'a>) -> Result<Self, Error> {
+        let count = visible.len();
+        let r = |i: usize| visible[i % count].r;
         let summed = count - misprints.choose(Misprint::LastEdgeMissing, 0, 1);
         let edges: Vec<AppendixEdge> =
             (0..summed).map(|i| AppendixEdge::new(i, [r(i), r(i + 1), r(i + 2)], misprints)).collect::<Result<_, _>>()?;
         let c = n2.dot(n1.cross(k));
         let (x1, x2) = if c == 0.0 { (0.0, 0.0) } else { surface::x1_x2(&edges, n2) };
         let x1 = misprints.choose(Misprint::X1Missing, x1, 0.0);
-        Ok(Self { n1, n2, k, c, x1, x2, edges, b: seen.iter().map(|v| v.b).collect(), misprints })
+        Ok(Self { n1, n2, k, c, x1, x2, edges, b: visible.iter().map(|v| v.b).collect(), misprints })
     }
 
     /// `delta B_i = B_{i+1} - B_i`.
     fn delta(&self, i: usize) -> f64 {
-        let at = |j: usize| self.b[j % self.b.len()];
+        let value = |j: usize| self.b[j % self.b.len()];
         if self.misprints.planted(Misprint::DeltaOfPreviousEdge) {
-            return at(i) - at(i + self.b.len() - 1);
+            return value(i) - value(i + self.b.len() - 1);
         }
-        self.misprints.choose(Misprint::DeltaSign, 1.0, -1.0) * (at(i + 1) - at(i))
+        self.misprints.choose(Misprint::DeltaSign, 1.0, -1.0) * (value(i + 1) - value(i))
     }
 
     /// `B_i I1(i) + delta B_i J1(i)`, the emission integrated along edge i over the squared distance.
@@ -178,8 +179,8 @@ impl<'a> AppendixSums<'a> {
         let first: DVec3 = self.over_edges(|i, edge| self.emission_over_square(i, edge) * self.n1.cross(edge.e));
         let second: DVec3 = self.over_edges(|i, edge| self.inverse_fourth(i, edge));
         let third: DVec3 = self.over_edges(|_, edge| {
-            let of = if self.misprints.planted(Misprint::FirstEdgeInGradient) { &self.edges[1] } else { edge };
-            self.k.dot(edge.e) * (edge.i1 * of.r + edge.j1 * of.e)
+            let first = if self.misprints.planted(Misprint::FirstEdgeInGradient) { &self.edges[1] } else { edge };
+            self.k.dot(edge.e) * (edge.i1 * first.r + edge.j1 * first.e)
         });
         let first = self.misprints.choose(Misprint::CrossProductReversed, 1.0, -1.0) * first;
         let doubled = self.misprints.choose(Misprint::SecondSumNotDoubled, 2.0, 1.0);

@@ -7,7 +7,7 @@
 //! -> ConstantMesh, LinearMesh   constant_mesh, linear_mesh: divided where a criterion says so, brightest place first
 //! ```
 //!
-//! The criteria are estimates, not bounds: they see what the samples see. They are fooled where all samples lie around a peak that
+//! The criteria are estimates, not bounds: they rest on the samples alone. They fail where all samples lie around a peak that
 //! none of them sees, in the flat parts on its sides, or where the only one lies on top of it (the paper's Fig. 3); a sample at
 //! the maximum of each emitter, taken first, resolves both. Shadows can still hide between samples, which [`Refinement::longest`]
 //! limits.

@@ -27,17 +27,17 @@ const fn light<'a>(emitters: &'a [Emitter], occluders: &'a [Polygon]) -> Lightin
 /// The largest difference on a grid over the floor, and the largest radiosity there.
 fn true_error(half: f64, light: &Lighting<'_>, value: impl Fn(DVec3) -> Option<f64>) -> (f64, f64) {
     let n = 60;
-    let at = |i: i32| half * (f64::from(2 * i) / f64::from(n) - 1.0) * 0.999;
-    let (mut off, mut greatest) = (0.0_f64, 0.0_f64);
+    let coordinate = |i: i32| half * (f64::from(2 * i) / f64::from(n) - 1.0) * 0.999;
+    let (mut error, mut greatest) = (0.0_f64, 0.0_f64);
     for (i, j) in (0..=n).flat_map(|i| (0..=n).map(move |j| (i, j))) {
-        let point = DVec3::new(at(i), at(j), 0.0);
+        let point = DVec3::new(coordinate(i), coordinate(j), 0.0);
         let receiver = Receiver::new(point, DVec3::Z, light.reflectance).unwrap();
         let exact: f64 =
             light.emitters.iter().map(|emitter| evaluate_to(&receiver, emitter, light.occluders, 1e-6).unwrap().radiosity).sum();
-        off = largest(off, (value(point).expect("the mesh covers the floor") - exact).abs());
+        error = largest(error, (value(point).expect("the mesh covers the floor") - exact).abs());
         greatest = largest(greatest, exact);
     }
-    (off, greatest)
+    (error, greatest)
 }
 
 /// The paper's Fig. 3: a small lamp close to a large floor. All corners and the one centroid lie around its peak.
@@ -52,13 +52,13 @@ fn a_linear_element_is_fooled_by_a_peak_between_its_samples_and_right_with_the_m
     let wanted = Refinement { error: 0.01, maximum_first: false, ..Refinement::default() };
     let fooled = refine_linear(&floor(half), &light, &wanted).unwrap();
     assert_eq!(fooled.triangles().len(), 2, "the criterion sees nothing to divide");
-    let (off, largest) = true_error(half, &light, |p| fooled.value(p));
-    assert!(largest > 0.2 && off > 0.95 * largest, "{off} of {largest}: all of the light is missed");
+    let (error, largest) = true_error(half, &light, |p| fooled.value(p));
+    assert!(largest > 0.2 && error > 0.95 * largest, "{error} of {largest}: all of the light is missed");
 
     let right = refine_linear(&floor(half), &light, &Refinement { maximum_first: true, ..wanted }).unwrap();
-    let (off, _) = true_error(half, &light, |p| right.value(p));
-    assert!(off <= 1.2 * wanted.error, "{off} with {} triangles", right.triangles().len());
-    println!("linear: {} triangles, off {off:.4}, allowed {}", right.triangles().len(), wanted.error);
+    let (error, _) = true_error(half, &light, |p| right.value(p));
+    assert!(error <= 1.2 * wanted.error, "{error} with {} triangles", right.triangles().len());
+    println!("linear: {} triangles, off {error:.4}, allowed {}", right.triangles().len(), wanted.error);
 }
 
 #[test]
@@ -68,22 +68,22 @@ fn a_constant_element_is_fooled_on_top_of_a_peak_and_beside_it_and_right_with_th
     let wanted = Refinement { error: 0.02, maximum_first: false, ..Refinement::default() };
     let fooled = refine_constant(&floor(half), &light, &wanted).unwrap();
     assert_eq!(fooled.elements().len(), 1, "the gradient is zero below the lamp");
-    let (off, largest) = true_error(half, &light, |p| fooled.value(p));
-    assert!(off > 0.95 * largest, "{off} of {largest}: the floor is as bright everywhere as below the lamp");
+    let (error, largest) = true_error(half, &light, |p| fooled.value(p));
+    assert!(error > 0.95 * largest, "{error} of {largest}: the floor is as bright everywhere as below the lamp");
 
     // The centroid beside the peak: a lamp near a corner, far from the floor's centre.
     let aside = [lamp([2.2, 2.8], [1.2, 1.8], 0.3, Emission::Constant(1.0))];
     let beside = Lighting { emitters: &aside, ..light };
     let missed = refine_constant(&floor(half), &beside, &wanted).unwrap();
     assert_eq!(missed.elements().len(), 1, "nearly no light and no gradient at the centre");
-    let (off, largest) = true_error(half, &beside, |p| missed.value(p));
-    assert!(off > 0.95 * largest, "{off} of {largest}");
+    let (error, largest) = true_error(half, &beside, |p| missed.value(p));
+    assert!(error > 0.95 * largest, "{error} of {largest}");
 
     for light in [light, beside] {
         let right = refine_constant(&floor(half), &light, &Refinement { maximum_first: true, ..wanted }).unwrap();
-        let (off, _) = true_error(half, &light, |p| right.value(p));
-        assert!(off <= 2.5 * wanted.error, "{off} with {} elements", right.elements().len());
-        println!("constant: {} elements, off {off:.4}, allowed {}", right.elements().len(), wanted.error);
+        let (error, _) = true_error(half, &light, |p| right.value(p));
+        assert!(error <= 2.5 * wanted.error, "{error} with {} elements", right.elements().len());
+        println!("constant: {} elements, off {error:.4}, allowed {}", right.elements().len(), wanted.error);
     }
 }
 
@@ -100,11 +100,11 @@ fn several_emitters_and_occluders_are_refined_to_what_is_allowed() {
     let linear = refine_linear(&floor(half), &light, &wanted).unwrap();
     let constant = refine_constant(&floor(half), &light, &wanted).unwrap();
     assert!(linear.worst() <= wanted.error && constant.worst() <= wanted.error);
-    let (off, _) = true_error(half, &light, |p| linear.value(p));
-    assert!(off <= 2.0 * wanted.error, "{off} with {} triangles", linear.triangles().len());
-    println!("past an occluder: {} triangles, off {off:.4}, allowed {}", linear.triangles().len(), wanted.error);
-    let (off, _) = true_error(half, &light, |p| constant.value(p));
-    assert!(off <= 2.0 * wanted.error, "{off} with {} elements", constant.elements().len());
+    let (error, _) = true_error(half, &light, |p| linear.value(p));
+    assert!(error <= 2.0 * wanted.error, "{error} with {} triangles", linear.triangles().len());
+    println!("past an occluder: {} triangles, off {error:.4}, allowed {}", linear.triangles().len(), wanted.error);
+    let (error, _) = true_error(half, &light, |p| constant.value(p));
+    assert!(error <= 2.0 * wanted.error, "{error} with {} elements", constant.elements().len());
 }
 
 #[test]
@@ -136,7 +136,7 @@ fn fewer_elements_than_uniform_ones_for_the_same_true_error() {
     let (half, lamps) = (4.0, peak());
     let light = light(&lamps, &[]);
     let mesh = refine_constant(&floor(half), &light, &Refinement { error: 0.01, ..Refinement::default() }).unwrap();
-    let (off, _) = true_error(half, &light, |p| mesh.value(p));
+    let (error, _) = true_error(half, &light, |p| mesh.value(p));
     // A uniform grid of squares, each with the value at its centre.
     let uniform = |n: i32| {
         let cell = |x: f64| ((x + half) / (2.0 * half) * f64::from(n)).floor().clamp(0.0, f64::from(n - 1));
@@ -144,9 +144,9 @@ fn fewer_elements_than_uniform_ones_for_the_same_true_error() {
         let value = |p: DVec3| light.sample(DVec3::new(centre(p.x), centre(p.y), 0.0), DVec3::Z).ok().map(|s| s.value);
         true_error(half, &light, value).0
     };
-    let n = (1..).map(|k| 4 * k).find(|&n| uniform(n) <= off).unwrap();
+    let n = (1..).map(|k| 4 * k).find(|&n| uniform(n) <= error).unwrap();
     let ratio = f64::from(n * n) / mesh.elements().len() as f64;
-    assert!(ratio >= 3.0, "{} elements against {n} x {n}, off {off}", mesh.elements().len());
+    assert!(ratio >= 3.0, "{} elements against {n} x {n}, off {error}", mesh.elements().len());
     println!("{} elements, uniform {}: {ratio:.1} times", mesh.elements().len(), n * n);
 }
 

@@ -68,7 +68,7 @@ fn every_file_that_is_named_exists() {
     let mut checked = 0;
     for Document { name, text, .. } in DOCUMENTS {
         for file in text.lines().flat_map(quoted).filter(|file| file.ends_with(".rs") && file.contains('/')) {
-            // What each crate has.
+            // Each crate has a file of this name.
             let is_of_each = file == "tests/all/main.rs";
             assert!(is_of_each || located(file).is_some(), "{name}: there is no {file}");
             checked += 1;
@@ -161,7 +161,7 @@ fn manifests_import_what_the_document_allows() {
         for line in imported {
             let name = line.split(|c: char| !(c.is_alphanumeric() || c == '-')).next().unwrap();
             let name = if name == "radgrad" { "cli" } else { name.trim_start_matches("radgrad-") };
-            let is_allowed = may.get(importer).is_some_and(|all| all.contains(name));
+            let is_allowed = may.get(importer).is_some_and(|allowed| allowed.contains(name));
             assert!(is_allowed, "{importer} imports {name}, which ARCHITECTURE.md does not allow");
             checked += 1;
         }

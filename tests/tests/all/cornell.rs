@@ -4,7 +4,7 @@
 //! The coordinates are those that Cornell University's Program of Computer Graphics measured, in millimetres.
 
 use radgrad_core::{Answer, DVec3, Emission, Emitter, Polygon, Receiver, evaluate};
-use radgrad_oracle::{Enclosure, enclose_past};
+use radgrad_oracle::{Enclosure, enclose_occluded};
 use radgrad_scene::{Beam, Degenerate, FormFactors, Scene};
 
 struct Room {
@@ -27,16 +27,16 @@ impl Room {
     }
 
     fn truth(&self, receiver: &Receiver, more: &[Polygon]) -> Enclosure {
-        let all: Vec<Polygon> = self.others().chain(more).cloned().collect();
-        enclose_past(receiver, &self.lamp, &all, 18).unwrap()
+        let occluders: Vec<Polygon> = self.others().chain(more).cloned().collect();
+        enclose_occluded(receiver, &self.lamp, &occluders, 18).unwrap()
     }
 
     /// With the occluders that the index finds, and those.
     fn answer(&self, receiver: &Receiver, more: &[Polygon]) -> Answer {
         let index = FormFactors::new(&self.scene).unwrap();
         let beam = Beam::from_receiver(receiver, self.lamp.polygon()).unwrap();
-        let found = index.index().in_beam(&beam, &[self.light]).polygons;
-        evaluate(receiver, &self.lamp, found.iter().map(|&face| self.scene.faces()[face].polygon()).chain(more)).unwrap()
+        let occluders = index.index().in_beam(&beam, &[self.light]).polygons;
+        evaluate(receiver, &self.lamp, occluders.iter().map(|&face| self.scene.faces()[face].polygon()).chain(more)).unwrap()
     }
 }
 
@@ -51,20 +51,20 @@ fn size_of_gradient(truth: &Enclosure) -> f64 {
 #[test]
 fn the_left_wall_is_split_and_said_to_be() {
     let Room { scene, .. } = Room::read();
-    let left = &scene.surfaces()[scene.surface_named("left").unwrap()];
+    let wall = &scene.surfaces()[scene.surface_named("left").unwrap()];
     let notes: Vec<String> = scene.notes().iter().map(ToString::to_string).collect();
-    assert_eq!((left.faces().len(), notes.len()), (2, 1), "{notes:?}");
+    assert_eq!((wall.faces().len(), notes.len()), (2, 1), "{notes:?}");
     assert!(notes[0].contains("a face of `left`") && notes[0].contains("split into 2 triangles"), "{notes:?}");
 }
 
 #[test]
 fn value_and_gradient_are_the_oracles_anywhere_in_the_box() {
     let room = Room::read();
-    let (mut seen, mut partly, mut dark) = (0, 0, 0);
+    let (mut visible, mut partly, mut dark) = (0, 0, 0);
     // On the floor, which is exactly level, and above it, facing all ways.
     let normals = [DVec3::Y, DVec3::new(0.6, 0.3, -0.2), DVec3::new(-0.5, 0.8, 0.4)];
     for k in 0..60 {
-        let share = |step: usize, of: usize| ((k * step) % of) as f64 / of as f64;
+        let share = |step: usize, period: usize| ((k * step) % period) as f64 / period as f64;
         let height = [0.0, 0.0, 80.0, 200.0, 350.0][k % 5];
         let x = DVec3::new(20.0 + 510.0 * share(7, 60), height, 15.0 + 530.0 * share(23, 61));
         let receiver = Receiver::new(x, if height == 0.0 { DVec3::Y } else { normals[k % 3] }, 1.0).unwrap();
@@ -79,10 +79,10 @@ fn value_and_gradient_are_the_oracles_anywhere_in_the_box() {
         } else if answer.radiosity < 0.999 * free {
             partly += 1;
         } else {
-            seen += 1;
+            visible += 1;
         }
     }
-    assert!(seen > 10 && partly > 3 && dark > 3, "{seen} {partly} {dark}");
+    assert!(visible > 10 && partly > 3 && dark > 3, "{visible} {partly} {dark}");
 }
 
 #[test]
@@ -97,9 +97,9 @@ fn where_a_shadow_begins_the_gradient_is_the_limit_from_either_side() {
             let on_edge = from + (to - from) * share;
             let x = on_edge + (corner - on_edge) * (on_edge.y / (on_edge.y - corner.y));
             let aside = (to - from).cross(corner - from).with_y(0.0).normalize();
-            let at = |shift: f64| Receiver::new(x.with_y(0.0) + aside * shift, DVec3::Y, 1.0).unwrap();
+            let receiver = |shift: f64| Receiver::new(x.with_y(0.0) + aside * shift, DVec3::Y, 1.0).unwrap();
             let [before, here, after] = [-1e-3, 0.0, 1e-3].map(|shift| {
-                let (truth, answer) = (room.truth(&at(shift), &[]), room.answer(&at(shift), &[]));
+                let (truth, answer) = (room.truth(&receiver(shift), &[]), room.answer(&receiver(shift), &[]));
                 assert!(truth.radiosity.error_of(answer.radiosity) <= 1e-12, "{x}: {answer:?} {truth:?}");
                 assert!(error_of_gradient(&truth, answer.gradient) <= 1e-10 * size_of_gradient(&truth), "{x}: {answer:?}");
                 answer.gradient
@@ -117,11 +117,11 @@ fn where_the_gradient_jumps_its_bound_says_so_and_either_side_is_right() {
     // A shelf with an edge along an edge of the light: from the floor at z = 100 the two are seen as one.
     let corners = [[300.0, 274.4, 0.0], [300.0, 274.4, 163.5], [420.0, 274.4, 163.5], [420.0, 274.4, 0.0]];
     let shelf = [Polygon::new(corners.map(DVec3::from).to_vec()).unwrap()];
-    let at = |z: f64| Receiver::new(DVec3::new(450.0, 0.0, z), DVec3::Y, 1.0).unwrap();
-    let (here, truth) = (room.answer(&at(100.0), &shelf), room.truth(&at(100.0), &shelf));
+    let receiver = |z: f64| Receiver::new(DVec3::new(450.0, 0.0, z), DVec3::Y, 1.0).unwrap();
+    let (here, truth) = (room.answer(&receiver(100.0), &shelf), room.truth(&receiver(100.0), &shelf));
     assert!(truth.radiosity.error_of(here.radiosity) <= 1e-12, "{here:?} {truth:?}");
     let [before, after] = [-1e-9, 1e-9].map(|shift| {
-        let (truth, answer) = (room.truth(&at(100.0 + shift), &shelf), room.answer(&at(100.0 + shift), &shelf));
+        let (truth, answer) = (room.truth(&receiver(100.0 + shift), &shelf), room.answer(&receiver(100.0 + shift), &shelf));
         assert!(truth.radiosity.error_of(answer.radiosity) <= 1e-12, "{answer:?} {truth:?}");
         assert!(error_of_gradient(&truth, answer.gradient) <= 1e-10 * size_of_gradient(&truth), "{answer:?} {truth:?}");
         answer.gradient

@@ -29,25 +29,25 @@ struct Tally {
 }
 
 impl Tally {
-    fn add(&mut self, found: Result<Estimate, Error>, truth: impl FnOnce() -> (f64, DVec3), tolerance: f64) {
-        let found = match found {
+    fn add(&mut self, estimate: Result<Estimate, Error>, truth: impl FnOnce() -> (f64, DVec3), tolerance: f64) {
+        let estimate = match estimate {
             Err(Error::Evaluations { .. } | Error::NotFinite { .. }) => return self.refused += 1,
-            found => found.unwrap(),
+            estimate => estimate.unwrap(),
         };
         let (value, gradient) = truth();
-        let (off, gradient_off) = ((found.radiosity - value).abs(), (found.gradient - gradient).length());
-        let is_met = off <= tolerance * value.abs() && gradient_off <= tolerance * gradient.length();
-        match found.status {
+        let (error, gradient_off) = ((estimate.radiosity - value).abs(), (estimate.gradient - gradient).length());
+        let is_met = error <= tolerance * value.abs() && gradient_off <= tolerance * gradient.length();
+        match estimate.status {
             Status::Converged => self.converged += 1,
             Status::BudgetExhausted => self.exhausted += 1,
             Status::RoundoffLimited => self.rounded += 1,
             Status::Contradiction => self.contradictions += 1,
         }
-        self.silent += usize::from(found.status == Status::Converged && !is_met);
+        self.silent += usize::from(estimate.status == Status::Converged && !is_met);
         // The truth itself is known to 1e-14 of its parts.
         let share = 1.0 + 1e-3;
-        let is_under = off > found.radiosity_error * share || gradient_off > found.gradient_error * share;
-        self.underestimated += usize::from(is_under && off.max(gradient_off) > 1e-12);
+        let is_under = error > estimate.radiosity_error * share || gradient_off > estimate.gradient_error * share;
+        self.underestimated += usize::from(is_under && error.max(gradient_off) > 1e-12);
     }
 }
 
@@ -121,18 +121,21 @@ fn a_polynomial_is_what_its_closed_form_says() {
         let receiver = receiver(sampler, -6, 3);
         let exact = evaluate(&receiver, &Emitter::new(square(), Emission::Polynomial(polynomial.clone())).unwrap(), &[]).unwrap();
         let emission = EmissionFunction {
-            radiosity: &|y| polynomial.at(y),
+            radiosity: &|y| polynomial.value_at(y),
             gradient: Some(&|y| polynomial.gradient_at(y)),
             detail: f64::INFINITY,
             bounds: None,
         };
         for tolerance in [1e-3, 1e-6, 1e-10] {
-            let found = integrate_function(&receiver, &square(), &emission, tolerance, 1_000_000).unwrap();
-            assert_eq!(found.status, Status::Converged, "{index} to {tolerance:e}: {found:?}");
-            let (value, gradient) = ((found.radiosity - exact.radiosity).abs(), (found.gradient - exact.gradient).length());
-            assert!(value <= tolerance * exact.radiosity.abs(), "{index}: {found:?} for {exact:?}");
-            assert!(gradient <= tolerance * exact.gradient.length(), "{index}: {found:?} for {exact:?}");
-            assert!(value <= found.radiosity_error && gradient <= found.gradient_error, "{index}: {found:?} for {exact:?}");
+            let estimate = integrate_function(&receiver, &square(), &emission, tolerance, 1_000_000).unwrap();
+            assert_eq!(estimate.status, Status::Converged, "{index} to {tolerance:e}: {estimate:?}");
+            let (value, gradient) = ((estimate.radiosity - exact.radiosity).abs(), (estimate.gradient - exact.gradient).length());
+            assert!(value <= tolerance * exact.radiosity.abs(), "{index}: {estimate:?} for {exact:?}");
+            assert!(gradient <= tolerance * exact.gradient.length(), "{index}: {estimate:?} for {exact:?}");
+            assert!(
+                value <= estimate.radiosity_error && gradient <= estimate.gradient_error,
+                "{index}: {estimate:?} for {exact:?}"
+            );
             runs += 1;
         }
     }
@@ -182,8 +185,8 @@ fn a_peak_without_end_is_resolved_or_said_to_be_out_of_reach() {
             let radiosity = |y: DVec3| emission(y.distance(peak));
             let function = EmissionFunction { radiosity: &radiosity, gradient: None, detail: 0.2, bounds: None };
             for tolerance in TOLERANCES {
-                let found = integrate_function(&receiver, &square(), &function, tolerance, BUDGET);
-                tally.add(found, || around_peak(&receiver, peak, emission), tolerance);
+                let estimate = integrate_function(&receiver, &square(), &function, tolerance, BUDGET);
+                tally.add(estimate, || around_peak(&receiver, peak, emission), tolerance);
             }
         }
         println!("{name}: {tally:?}");
@@ -208,13 +211,13 @@ fn in_contact_a_spot_fills_the_view_with_what_it_emits_there() {
     for height in [1e-4, 1e-8, 1e-12] {
         let foot = DVec3::new(0.6, 0.45, 0.0);
         let receiver = Receiver::new(foot.with_z(height), DVec3::NEG_Z, 1.0).unwrap();
-        let found = integrate_function(&receiver, &square(), &function, 1e-8, 4_000_000).unwrap();
+        let estimate = integrate_function(&receiver, &square(), &function, 1e-8, 4_000_000).unwrap();
         // The difference is the change of the spot over distances of the height, with its logarithm.
-        let off = (found.radiosity - spot(foot)).abs();
-        assert!(found.status == Status::Converged && found.radiosity_error <= 1e-8, "{height:e}: {found:?}");
-        assert!(off <= 40.0 * height * -libm::log(height) + 1e-8, "{height:e}: off by {off:e}, {found:?}");
+        let error = (estimate.radiosity - spot(foot)).abs();
+        assert!(estimate.status == Status::Converged && estimate.radiosity_error <= 1e-8, "{height:e}: {estimate:?}");
+        assert!(error <= 40.0 * height * -libm::log(height) + 1e-8, "{height:e}: off by {error:e}, {estimate:?}");
         // Along the plane the radiosity follows the emission.
-        let along = (found.gradient - slope(foot)).truncate().length();
-        assert!(along <= 400.0 * height * -libm::log(height) + 1e-7, "{height:e}: off by {along:e}, {found:?}");
+        let along = (estimate.gradient - slope(foot)).truncate().length();
+        assert!(along <= 400.0 * height * -libm::log(height) + 1e-7, "{height:e}: off by {along:e}, {estimate:?}");
     }
 }

@@ -77,7 +77,7 @@ impl Effect {
 fn effect(slip: Misprint) -> Effect {
     scenes().iter().filter(|case| slip.shows_in(&case.receiver, &case.emitter)).fold(Effect::NONE, |effect, case| {
         let wrong = appendix::radiosity_and_gradient(&case.receiver, &case.emitter, Some(slip)).unwrap();
-        effect.with(RelativeError::of(wrong, case.truth))
+        effect.with(RelativeError::new(wrong, case.truth))
     })
 }
 
@@ -86,7 +86,7 @@ fn assert_fails_as_printed(slip: Misprint) {
     let mut shown = 0;
     for case in scenes().iter().filter(|case| slip.shows_in(&case.receiver, &case.emitter)) {
         let wrong = appendix::radiosity_and_gradient(&case.receiver, &case.emitter, Some(slip)).unwrap();
-        let error = RelativeError::of(wrong, case.truth);
+        let error = RelativeError::new(wrong, case.truth);
         println!("{}: {} {:.2e} {:.2e}", slip.name(), case.id, error.radiosity, error.gradient);
         assert!(error.largest() > NOTICED, "{} passes at {}: {error:?}", slip.name(), case.id);
         shown += 1;
@@ -98,7 +98,7 @@ fn assert_fails_as_printed(slip: Misprint) {
 fn the_corrected_appendix_passes_everywhere() {
     for case in scenes() {
         let right = appendix::radiosity_and_gradient(&case.receiver, &case.emitter, None).unwrap();
-        let error = RelativeError::of(right, case.truth);
+        let error = RelativeError::new(right, case.truth);
         assert!(error.largest() < ALLOWED, "{}: {error:?}", case.id);
     }
 }
@@ -147,7 +147,7 @@ fn i2_in_the_place_of_i1_fails_as_printed() {
 fn the_missing_constant_of_k1_changes_nothing() {
     for case in scenes() {
         let printed = appendix::radiosity_and_gradient(&case.receiver, &case.emitter, Some(Misprint::K1Constant)).unwrap();
-        let error = RelativeError::of(printed, case.truth);
+        let error = RelativeError::new(printed, case.truth);
         assert!(error.largest() < ALLOWED, "{}: {error:?}", case.id);
     }
 }
@@ -156,7 +156,7 @@ fn the_missing_constant_of_k1_changes_nothing() {
 fn the_appendix_as_printed_fails_for_every_linear_emitter() {
     for case in scenes().iter().filter(|case| case.emitter.emission_gradient() != DVec3::ZERO) {
         let printed = appendix::as_printed(&case.receiver, &case.emitter).unwrap();
-        let error = RelativeError::of(printed, case.truth);
+        let error = RelativeError::new(printed, case.truth);
         println!("as printed: {} {:.2e} {:.2e}", case.id, error.radiosity, error.gradient);
         assert!(error.radiosity > NOTICED && error.gradient > NOTICED, "passes at {}: {error:?}", case.id);
     }
@@ -175,7 +175,7 @@ fn every_planted_slip_fails() {
     for &slip in Misprint::ALL {
         let errors = scenes.iter().filter(|case| slip.shows_in(&case.receiver, &case.emitter)).map(|case| {
             let wrong = appendix::radiosity_and_gradient(&case.receiver, &case.emitter, Some(slip)).unwrap();
-            RelativeError::of(wrong, case.truth)
+            RelativeError::new(wrong, case.truth)
         });
         let effect = errors.fold(Effect::NONE, Effect::with);
         println!("{}", effect.row(slip.name()));

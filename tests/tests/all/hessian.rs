@@ -16,26 +16,26 @@ const TOLERANCES: [f64; 3] = [1e-12, 1e-15, 0.0];
 fn cases(family: Family, count: u64) -> impl Iterator<Item = (u64, Seen)> {
     (0..if family == Family::HundredVertices { 1 } else { count }).filter_map(move |index| {
         let problem = family.case(5, index).problem().ok()?;
-        let seen = Seen::moved(&problem.receiver, &problem.emitter).filter(|seen| seen.smooth_range() > 0.0)?;
-        let rough = hessian_to(&seen.receiver(DVec3::ZERO), &seen.emitter, &[], 1.0);
+        let scene = Seen::moved(&problem.receiver, &problem.emitter).filter(|scene| scene.smooth_range() > 0.0)?;
+        let rough = hessian_to(&scene.receiver(DVec3::ZERO), &scene.emitter, &[], 1.0);
         if family == Family::Subnormal {
             // Emission of 2^-1000 over the square of such a length; and no step is a normal number.
             assert!(matches!(rough, Ok(_) | Err(Error::Overflow { quantity: "Hessian" })), "{family}:5:{index}: {rough:?}");
             return None;
         }
-        (rough.unwrap().method != Method::Zero).then_some((index, seen))
+        (rough.unwrap().method != Method::Zero).then_some((index, scene))
     })
 }
 
 /// Gradients of so many digits by the closed form.
-fn by_closed_form(seen: &Seen, digits: u32) -> impl Fn(&Receiver) -> [String; 3] {
-    move |receiver| evaluate_digits(receiver, &seen.emitter, &seen.occluders, digits).unwrap().gradient
+fn by_closed_form(scene: &Seen, digits: u32) -> impl Fn(&Receiver) -> [String; 3] {
+    move |receiver| evaluate_digits(receiver, &scene.emitter, &scene.occluders, digits).unwrap().gradient
 }
 
 /// Relative error of the answer to 1e-12, after every tolerance was seen to be met and every bound to hold.
-fn checked(seen: &Seen, truth: &Matrix, case: &str) -> (f64, Hessian) {
+fn checked(scene: &Seen, truth: &Matrix, case: &str) -> (f64, Hessian) {
     let answers = TOLERANCES.map(|tolerance| {
-        let answer = hessian_to(&seen.receiver(DVec3::ZERO), &seen.emitter, &seen.occluders, tolerance).unwrap();
+        let answer = hessian_to(&scene.receiver(DVec3::ZERO), &scene.emitter, &scene.occluders, tolerance).unwrap();
         let error = truth.distance(&answer.matrix);
         assert!(error <= answer.error, "{case} to {tolerance:e}: off by {error:e}, {answer:?}");
         assert!(answer.meets(tolerance.max(1.2e-16)), "{case} to {tolerance:e}: {answer:?}");
@@ -47,13 +47,13 @@ fn checked(seen: &Seen, truth: &Matrix, case: &str) -> (f64, Hessian) {
 #[test]
 fn it_is_the_difference_of_enclosed_gradients() {
     for family in Family::ALL {
-        for (index, seen) in cases(family, 3) {
+        for (index, scene) in cases(family, 3) {
             // Half of 50 digits go into the step, which leaves an error of 1e-28 by the order of the difference.
-            let truth = seen.hessian(1e-14, |receiver| {
-                let enclosed = enclose(receiver, &seen.emitter, 50).unwrap();
+            let truth = scene.hessian(1e-14, |receiver| {
+                let enclosed = enclose(receiver, &scene.emitter, 50).unwrap();
                 enclosed.gradient.map(|component| component.to_decimal().unwrap())
             });
-            checked(&seen, &truth, &format!("{family}:5:{index}"));
+            checked(&scene, &truth, &format!("{family}:5:{index}"));
         }
     }
 }
@@ -63,16 +63,16 @@ fn every_family_meets_every_tolerance_and_keeps_its_bound() {
     for family in Family::ALL {
         let (mut worst, mut untold) = (0.0_f64, 0);
         let mut rungs = BTreeMap::new();
-        for (index, seen) in cases(family, 40) {
-            let gradient = by_closed_form(&seen, 80);
-            let [truth, coarse] = [1e-20, 1e-19].map(|part| seen.hessian(part, &gradient));
+        for (index, scene) in cases(family, 40) {
+            let gradient = by_closed_form(&scene, 80);
+            let [truth, coarse] = [1e-20, 1e-19].map(|part| scene.hessian(part, &gradient));
             if truth.distance_to(&coarse) > 1e-30 * truth.norm() {
                 // Lengths of 2^900 beside such of 2^-900 leave gradients of 80 digits none that their differences have.
                 assert!(family == Family::MixedExponents, "{family}:5:{index}: the difference has no digits");
                 untold += 1;
                 continue;
             }
-            let (error, answer) = checked(&seen, &truth, &format!("{family}:5:{index}"));
+            let (error, answer) = checked(&scene, &truth, &format!("{family}:5:{index}"));
             worst = worst.max(error);
             *rungs.entry(answer.method.name()).or_insert(0) += 1;
         }
@@ -126,24 +126,24 @@ fn past_screens_it_is_the_difference_of_gradients_too() {
     let (mut compared, mut hidden, mut open) = (0, 0, 0);
     let mut worst: f64 = 0.0;
     for index in 0..400 {
-        let seen = screened(index);
-        let rough = hessian_to(&seen.receiver(DVec3::ZERO), &seen.emitter, &seen.occluders, 1.0).unwrap();
-        let free = hessian_to(&seen.receiver(DVec3::ZERO), &seen.emitter, &[], 1.0).unwrap();
+        let scene = screened(index);
+        let rough = hessian_to(&scene.receiver(DVec3::ZERO), &scene.emitter, &scene.occluders, 1.0).unwrap();
+        let free = hessian_to(&scene.receiver(DVec3::ZERO), &scene.emitter, &[], 1.0).unwrap();
         if rough.method == Method::Zero {
             hidden += usize::from(free.method != Method::Zero);
             continue;
         }
         // Where polygons meet that are flat up to rounding only, no gradient has 80 digits.
-        let digits = evaluate_digits(&seen.receiver(DVec3::ZERO), &seen.emitter, &seen.occluders, 80);
+        let digits = evaluate_digits(&scene.receiver(DVec3::ZERO), &scene.emitter, &scene.occluders, 80);
         let is_flat = |polygon: &Polygon| polygon.planarity_defect() == 0.0;
-        if digits.is_err() && !(is_flat(seen.emitter.polygon()) && seen.occluders.iter().all(is_flat)) {
+        if digits.is_err() && !(is_flat(scene.emitter.polygon()) && scene.occluders.iter().all(is_flat)) {
             open += 1;
             continue;
         }
-        let gradient = by_closed_form(&seen, 80);
-        let [truth, coarse] = [1e-20, 1e-19].map(|part| seen.hessian(part, &gradient));
+        let gradient = by_closed_form(&scene, 80);
+        let [truth, coarse] = [1e-20, 1e-19].map(|part| scene.hessian(part, &gradient));
         assert!(truth.distance_to(&coarse) <= 1e-30 * truth.norm(), "{index}: the difference has no digits");
-        let (error, _) = checked(&seen, &truth, &format!("scene {index}"));
+        let (error, _) = checked(&scene, &truth, &format!("scene {index}"));
         worst = worst.max(error);
         compared += usize::from(truth.distance(&free.matrix) > 1e-6 * truth.norm());
     }
@@ -164,23 +164,23 @@ fn contact_at_any_height_and_scale_has_all_its_digits() {
                 let emission = 2f64.powi((2 * exponent).clamp(-1000, 1000));
                 let polygon = Polygon::new(vertices.to_vec()).unwrap();
                 let emitter = Emitter::new(polygon, Emission::Constant(emission)).unwrap();
-                let seen = Seen { normal, emitter, occluders: Vec::new() };
+                let scene = Seen { normal, emitter, occluders: Vec::new() };
                 let case = format!("{foot:?} {normal} at {height:e} times 2^{exponent}");
-                match hessian_to(&seen.receiver(DVec3::ZERO), &seen.emitter, &[], 1e-12) {
+                match hessian_to(&scene.receiver(DVec3::ZERO), &scene.emitter, &[], 1e-12) {
                     Err(Error::Overflow { quantity: "Hessian" }) => overflown += 1,
                     Err(error) => panic!("{case}: {error}"),
                     // Nothing above the horizon, or no height left below the range of doubles.
                     Ok(answer) if answer.method == Method::Zero => {}
                     Ok(_) => {
                         answered += 1;
-                        let range = seen.smooth_range();
+                        let range = scene.smooth_range();
                         // A step is a normal number.
                         if range < 1e-285 {
                             continue;
                         }
                         let digits = 80 + u32::try_from(-libm::ilogb(range / scale)).unwrap_or(0) / 3;
-                        let truth = seen.hessian(1e-20, by_closed_form(&seen, digits));
-                        checked(&seen, &truth, &case);
+                        let truth = scene.hessian(1e-20, by_closed_form(&scene, digits));
+                        checked(&scene, &truth, &case);
                     }
                 }
             }

@@ -7,16 +7,16 @@ use radgrad_tests::many_digits::{ManyDigits, distance};
 
 const DIGITS: u32 = 100;
 
-/// Whether the found components are within their bound of the enclosed ones, and the bound within the digits asked for.
-fn assert_near(found: &[String], bound: &str, truth: &[Interval], case: &str) {
-    let found: Vec<ManyDigits> = found.iter().map(|text| ManyDigits::new(text)).collect();
+/// Whether the components are within their bound of the enclosed ones, and the bound within the digits asked for.
+fn assert_near(digits: &[String], bound: &str, truth: &[Interval], case: &str) {
+    let digits: Vec<ManyDigits> = digits.iter().map(|text| ManyDigits::new(text)).collect();
     let truth: Vec<ManyDigits> = truth.iter().map(|interval| ManyDigits::new(&interval.to_decimal().unwrap())).collect();
     let zero = vec![ManyDigits::from(0.0); truth.len()];
-    let (off, size, bound) = (distance(&found, &truth), distance(&truth, &zero), ManyDigits::new(bound).to_f64());
+    let (error, size, bound) = (distance(&digits, &truth), distance(&truth, &zero), ManyDigits::new(bound).to_f64());
     assert!(size > 0.0 && bound <= 1e-100 * size, "{case}: bound {bound:e} of {size:e}");
     // The truth is known to 110 digits, or as far down as its radius, a double, reaches.
     let unknown = 1e-108 * size + 1e-306;
-    assert!(unknown <= 1e-60 * size && off <= bound + unknown, "{case}: off by {off:e}, bound {bound:e}, size {size:e}");
+    assert!(unknown <= 1e-60 * size && error <= bound + unknown, "{case}: off by {error:e}, bound {bound:e}, size {size:e}");
 }
 
 fn compare(receiver: &Receiver, emitter: &Emitter, case: &str) -> PreciseAnswer {

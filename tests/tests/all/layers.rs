@@ -82,11 +82,11 @@ type Imports = BTreeMap<String, BTreeSet<String>>;
 fn imports_run_downward() {
     for tower in TOWERS {
         assert!(tower.upward.len() <= tower.most_upward, "{}: {} imports upward are listed", tower.sources, tower.upward.len());
-        let found = upward(&imports(&read(Path::new(tower.sources))), tower.floors);
+        let upward_imports = upward(&imports(&read(Path::new(tower.sources))), tower.floors);
         let listed = |(from, to): &(String, String)| tower.upward.iter().any(|(f, t, _)| f == from && t == to);
-        let new: Vec<_> = found.iter().filter(|import| !listed(import)).collect();
+        let new: Vec<_> = upward_imports.iter().filter(|import| !listed(import)).collect();
         assert!(new.is_empty(), "{}: these import from a floor above: {new:?}", tower.sources);
-        let is_gone = |(from, to): (&str, &str)| !found.iter().any(|(f, t)| f == from && t == to);
+        let is_gone = |(from, to): (&str, &str)| !upward_imports.iter().any(|(f, t)| f == from && t == to);
         let gone: Vec<_> = tower.upward.iter().filter(|(from, to, _)| is_gone((from, to))).collect();
         assert!(gone.is_empty(), "{}: these are listed and do not occur: {gone:?}", tower.sources);
     }
@@ -104,7 +104,7 @@ fn no_circle_of_imports_is_large() {
 #[test]
 fn every_way_to_import_is_seen() {
     let sources = |files: &[(&str, &str)]| files.iter().map(|(name, text)| ((*name).to_owned(), (*text).to_owned())).collect();
-    let found = imports(&sources(&[
+    let imported = imports(&sources(&[
         ("low", "mod part;\nuse crate::{high::{self as h, deep::Thing}, Name};\nfn f() { h::other::g(); part::g() }"),
         (
             "low/part",
@@ -115,11 +115,11 @@ fn every_way_to_import_is_seen() {
         ("high/other", ""),
         ("lib", "mod low; mod high;"),
     ]));
-    let of = |name: &str| found[name].iter().map(String::as_str).collect::<Vec<_>>();
-    assert_eq!(of("low"), ["high", "high/deep", "high/other", "lib", "low/part"]);
-    assert_eq!(of("low/part"), ["low"]);
-    assert!(found["high"].is_empty());
-    let up = upward(&found, &[&["low"], &["high"], &["lib"]]);
+    let names = |name: &str| imported[name].iter().map(String::as_str).collect::<Vec<_>>();
+    assert_eq!(names("low"), ["high", "high/deep", "high/other", "lib", "low/part"]);
+    assert_eq!(names("low/part"), ["low"]);
+    assert!(imported["high"].is_empty());
+    let up = upward(&imported, &[&["low"], &["high"], &["lib"]]);
     assert_eq!(up.len(), 4, "{up:?}");
     assert!(up.contains(&("low".to_owned(), "high/deep".to_owned())));
     let ring =
@@ -152,26 +152,26 @@ fn upward(imports: &Imports, floors: &[&[&str]]) -> Vec<(String, String)> {
         let place = floors.iter().position(|floor| floor.contains(&room));
         place.unwrap_or_else(|| panic!("{file} is on no floor: add {room} to the table"))
     };
-    let all = imports.iter().flat_map(|(from, to)| to.iter().map(move |to| (from.clone(), to.clone())));
-    all.filter(|(from, to)| floor(to) > floor(from)).collect()
+    let edges = imports.iter().flat_map(|(from, to)| to.iter().map(move |to| (from.clone(), to.clone())));
+    edges.filter(|(from, to)| floor(to) > floor(from)).collect()
 }
 
 /// The sets of at least two files that reach each other.
 fn circles(imports: &Imports) -> Vec<Vec<String>> {
     let reached = |from: &str| {
-        let (mut seen, mut open) = (BTreeSet::new(), vec![from.to_owned()]);
+        let (mut reached, mut open) = (BTreeSet::new(), vec![from.to_owned()]);
         while let Some(file) = open.pop() {
             let next = imports.get(&file).into_iter().flatten();
-            open.extend(next.filter(|to| seen.insert((*to).clone())).cloned());
+            open.extend(next.filter(|to| reached.insert((*to).clone())).cloned());
         }
-        seen
+        reached
     };
     let reach: BTreeMap<&String, BTreeSet<String>> = imports.keys().map(|file| (file, reached(file))).collect();
     let circle = |file: &String| -> Vec<String> {
         reach[file].iter().filter(|other| reach.get(other).is_some_and(|back| back.contains(file))).cloned().collect()
     };
-    let all: BTreeSet<Vec<String>> = imports.keys().map(circle).filter(|circle| circle.len() > 1).collect();
-    all.into_iter().collect()
+    let components: BTreeSet<Vec<String>> = imports.keys().map(circle).filter(|circle| circle.len() > 1).collect();
+    components.into_iter().collect()
 }
 
 fn imports(sources: &Sources) -> Imports {
@@ -225,15 +225,15 @@ fn target(path: &[String], sources: &Sources) -> String {
 
 /// A path from the root of the crate; `None` for one into another crate or a type.
 fn absolute(path: &[String], module: &[String], scope: &BTreeMap<String, Vec<String>>) -> Option<Vec<String>> {
-    let (first, rest) = path.split_first()?;
+    let (first, tail) = path.split_first()?;
     match first.as_str() {
-        "crate" => Some(rest.to_vec()),
-        "self" => Some([module, rest].concat()),
+        "crate" => Some(tail.to_vec()),
+        "self" => Some([module, tail].concat()),
         "super" => {
             let ups = path.iter().take_while(|name| *name == "super").count();
             Some([&module[..module.len().checked_sub(ups)?], &path[ups..]].concat())
         }
-        name => scope.get(name).map(|from| [from.as_slice(), rest].concat()),
+        name => scope.get(name).map(|from| [from.as_slice(), tail].concat()),
     }
 }
 
@@ -279,7 +279,7 @@ fn is_name(token: &str) -> bool {
 
 /// The source in one line, without comments, strings, the module `tests` and lines under `#[cfg(test)]` or `#[cfg(doc)]`.
 fn built(text: &str) -> String {
-    let (mut kept, mut skip) = (String::new(), false);
+    let (mut code, mut skip) = (String::new(), false);
     let mut lines = text.lines();
     while let Some(line) = lines.next() {
         let is_left_out = ["#[cfg(test)]", "#[cfg(doc)]"].contains(&line.trim());
@@ -287,12 +287,12 @@ fn built(text: &str) -> String {
             let end = format!("{}}}", &line[..line.len() - line.trim_start().len()]);
             lines.by_ref().take_while(|line| *line != end).for_each(drop);
         } else if !skip && !is_left_out {
-            kept.push_str(line.split("//").next().unwrap_or(line));
-            kept.push('\n');
+            code.push_str(line.split("//").next().unwrap_or(line));
+            code.push('\n');
         }
         skip = is_left_out;
     }
-    kept.split('"').step_by(2).collect::<Vec<_>>().join(" ")
+    code.split('"').step_by(2).collect::<Vec<_>>().join(" ")
 }
 
 /// Names, `::` and single characters.

@@ -26,11 +26,11 @@ fn answer(form: Form, problem: &Problem) -> (f64, DVec3) {
 }
 
 /// Whether two answers are the same but for a displacement of all points.
-fn same(found: (f64, DVec3), expected: (f64, DVec3), problem: &Problem, displacement: f64) -> Result<(), TestCaseError> {
+fn same(computed: (f64, DVec3), expected: (f64, DVec3), problem: &Problem, displacement: f64) -> Result<(), TestCaseError> {
     let condition = problem.condition();
-    let [value, gradient] = [(found.0 - expected.0).abs(), (found.1 - expected.1).length()];
-    prop_assert!(value <= condition.radiosity * displacement, "{} for {}: {value:e}", found.0, expected.0);
-    prop_assert!(gradient <= condition.gradient * displacement, "{} for {}: {gradient:e}", found.1, expected.1);
+    let [value, gradient] = [(computed.0 - expected.0).abs(), (computed.1 - expected.1).length()];
+    prop_assert!(value <= condition.radiosity * displacement, "{} for {}: {value:e}", computed.0, expected.0);
+    prop_assert!(gradient <= condition.gradient * displacement, "{} for {}: {gradient:e}", computed.1, expected.1);
     Ok(())
 }
 

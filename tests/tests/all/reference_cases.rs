@@ -85,7 +85,7 @@ fn print_table(cases: &[Measured]) {
     println!("{:18}  cases    relative error of         error / bound of", "family");
     println!("{:18}         {:>10}  {:>10}    {:>10}  {:>10}", "", "value", "gradient", "value", "gradient");
     for (family, members) in families {
-        let worst = |of: fn(&Measured) -> [f64; 2], i: usize| members.iter().map(|m| of(m)[i]).fold(0.0, larger);
+        let worst = |errors: fn(&Measured) -> [f64; 2], i: usize| members.iter().map(|m| errors(m)[i]).fold(0.0, larger);
         let [value, gradient] = [0, 1].map(|i| worst(Measured::relative_errors, i));
         let [value_used, gradient_used] = [0, 1].map(|i| worst(Measured::used, i));
         println!(

@@ -24,10 +24,10 @@ fn point_factors_of_rectangles_are_met_to_1e_14() {
     assert_eq!(factors.len(), 9);
     for (name, form) in FORMS {
         for factor in &factors {
-            let (found, _) = form(&factor.receiver, &factor.emitter).unwrap();
-            let error = factor.factor.error_of(found) / factor.factor.high;
+            let (computed, _) = form(&factor.receiver, &factor.emitter).unwrap();
+            let error = factor.factor.error_of(computed) / factor.factor.high;
             println!("{name}, {}: {error:.1e}", factor.id);
-            assert!(error < ALLOWED, "{name}, {}: {found} for {:?}", factor.id, factor.factor);
+            assert!(error < ALLOWED, "{name}, {}: {computed} for {:?}", factor.id, factor.factor);
         }
     }
 }

@@ -1,4 +1,4 @@
-//! One version everywhere, and each published crate with what its page needs.
+//! One version everywhere, and each published crate with the metadata that its page needs.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -21,8 +21,8 @@ fn version() -> &'static str {
 fn published() -> Vec<(PathBuf, String)> {
     let crates = Path::new(env!("CARGO_MANIFEST_DIR")).join("../crates");
     let folders = fs::read_dir(crates).unwrap().map(|entry| entry.unwrap().path());
-    let all = folders.map(|folder| (folder.clone(), fs::read_to_string(folder.join("Cargo.toml")).unwrap()));
-    all.filter(|(_, manifest)| !manifest.contains("publish = false")).collect()
+    let manifests = folders.map(|folder| (folder.clone(), fs::read_to_string(folder.join("Cargo.toml")).unwrap()));
+    manifests.filter(|(_, manifest)| !manifest.contains("publish = false")).collect()
 }
 
 #[test]

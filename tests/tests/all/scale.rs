@@ -84,7 +84,7 @@ fn cases() -> impl Iterator<Item = (String, Receiver, Emitter, Vec<Polygon>)> {
 
 #[test]
 fn value_gradient_bounds_and_method_are_the_same_in_every_unit() {
-    let (mut seen, mut past_screens) = (0, 0);
+    let (mut visible, mut past_screens) = (0, 0);
     for (number, (case, receiver, emitter, screens)) in cases().enumerate() {
         let tolerance = [1e-9, 1e-12, 1e-15][number % 3];
         let answer = evaluate_to(&receiver, &emitter, &screens, tolerance).unwrap();
@@ -111,11 +111,11 @@ fn value_gradient_bounds_and_method_are_the_same_in_every_unit() {
             assert_eq!((libm::scalbn(value, -emission), back(slope, emission - lengths)), plain, "{case}");
             let alone = (radiosity(&receiver, &emitter).unwrap(), gradient(&receiver, &emitter).unwrap());
             assert_eq!((value, slope), alone, "{case}");
-            seen += usize::from(answer.method != Method::Zero);
+            visible += usize::from(answer.method != Method::Zero);
             past_screens += usize::from(answer.method != Method::Zero && !screens.is_empty());
         }
     }
-    assert!(seen > 1000 && past_screens > 100, "{seen} {past_screens}");
+    assert!(visible > 1000 && past_screens > 100, "{visible} {past_screens}");
 }
 
 /// Subnormal coordinates have no smaller unit, and emission of 2^900 over numbers of 2^-900 no larger one.
@@ -156,7 +156,7 @@ fn extreme_scenes_are_refused_in_units_that_take_them_out_of_range_and_answered_
 fn second_derivatives_and_the_irradiance_vector_are_the_same_in_every_unit() {
     for (case, receiver, emitter, _) in cases() {
         let Emission::Constant(_) = emitter.emission() else { continue };
-        // A component of 1e-34 beside others of 1 is what their roundings leave, and those of sums of subnormal products differ.
+        // A component of 1e-34 beside others of 1 consists of their roundings, and those of sums of subnormal products differ.
         if case.to_string().starts_with("steep-normal") {
             continue;
         }

@@ -1,7 +1,7 @@
 //! Answers to many digits, and enclosures read from them.
 
 use radgrad_core::{PreciseAnswer, evaluate_digits};
-use radgrad_oracle::{Interval, enclose_past};
+use radgrad_oracle::{Interval, enclose_occluded};
 use radgrad_scene::case::Problem;
 
 use crate::bounds::mark::Mark;
@@ -51,7 +51,7 @@ pub fn check(problem: &Problem, digits: u32, by_oracle: bool) -> Vec<(Mark, Stri
     if by_oracle {
         let emitter = visible_part(&problem);
         let occluders = if emitter.is_some() { &[][..] } else { &problem.occluders };
-        match enclose_past(&problem.receiver, emitter.as_deref().unwrap_or(&problem.emitter), occluders, digits + MORE) {
+        match enclose_occluded(&problem.receiver, emitter.as_deref().unwrap_or(&problem.emitter), occluders, digits + MORE) {
             Ok(enclosure) => {
                 compare(&Truth { radiosity: enclosure.radiosity, gradient: enclosure.gradient }, "the oracle's");
                 marks.push((Mark::ManyDigitsAgainstOracle, String::new()));

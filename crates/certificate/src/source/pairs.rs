@@ -75,9 +75,9 @@ pub(super) fn pairs(model: &Model<'_>) -> Option<Vec<Pair>> {
             }
         }
     }
-    let most = first + MOST;
+    let limit = first + MOST;
     let mut ends = Vec::new();
-    while heap.len() + ends.len() < most
+    while heap.len() + ends.len() < limit
         && let Some(Largest(_, pair)) = heap.pop()
     {
         match pair.parts(model) {
@@ -138,10 +138,10 @@ impl Pair {
                 (point, hit.filter(|(face, at)| *face == self.face && self.cell.contains(*at, to)).map(|hit| (hit, 1.0)))
             }
             Way::Arrives => {
-                let at = self.cell.point(generator);
-                let hit = model.hit(Some(self.face), at, by_cosine(to, generator));
+                let origin = self.cell.point(generator);
+                let hit = model.hit(Some(self.face), origin, by_cosine(to, generator));
                 let point = hit.filter(|(lamp, point)| *lamp == self.lamp && self.piece.contains(*point, from));
-                point.map_or((at, None), |(_, point)| (point, Some(((self.face, at), 1.0))))
+                point.map_or((origin, None), |(_, point)| (point, Some(((self.face, origin), 1.0))))
             }
             Way::Segment(kernel) => {
                 let (point, at) = (self.piece.point(generator), self.cell.point(generator));
@@ -240,10 +240,10 @@ fn hides(model: &Model<'_>, face: usize, piece: Triangle, cell: Triangle) -> boo
             if above * below >= 0.0 || above.abs() <= margin || below.abs() <= margin {
                 return false;
             }
-            let at = y + (x - y) * (above / (above - below));
+            let crossing = y + (x - y) * (above / (above - below));
             (0..outline.len()).all(|k| {
                 let (a, b) = (outline[k], outline[(k + 1) % outline.len()]);
-                normal.dot((b - a).cross(at - a)) > margin * (b - a).length()
+                normal.dot((b - a).cross(crossing - a)) > margin * (b - a).length()
             })
         })
     })
@@ -313,15 +313,15 @@ mod tests {
         let over = triangle([[0.0, 0.0, 1.0], [0.0, 1.0, 1.0], [1.0, 0.0, 1.0]]);
         let wall = triangle([[2.0, 0.0, 0.0], [2.0, 0.0, 1.0], [2.0, 1.0, 0.0]]);
         for (piece, from) in [(over, DVec3::NEG_Z), (wall, DVec3::NEG_X)] {
-            let most = largest_kernel((from, piece), (DVec3::Z, floor));
+            let bound = largest_kernel((from, piece), (DVec3::Z, floor));
             let kernel = |(y, x): (DVec3, DVec3)| {
                 let ray = x - y;
                 from.dot(ray) * -ray.z / (PI * ray.length_squared() * ray.length_squared())
             };
             let points: Vec<(DVec3, DVec3)> =
                 (0..500).map(|_| (piece.point(&mut generator), floor.point(&mut generator))).collect();
-            let found = points.into_iter().map(kernel).fold(0.0, largest);
-            assert!(found <= most && most < 8.0 * found, "{found} of {most}");
+            let largest_kernel_drawn = points.into_iter().map(kernel).fold(0.0, largest);
+            assert!(largest_kernel_drawn <= bound && bound < 8.0 * largest_kernel_drawn, "{largest_kernel_drawn} of {bound}");
         }
     }
 }

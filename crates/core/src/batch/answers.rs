@@ -104,14 +104,14 @@ impl<F: Lane> Answers<F> {
 
     /// One entry; a quantity that was not asked for is 0.
     pub(super) fn answer(&self, index: usize) -> Answer {
-        let at = |array: &[F]| array.get(index).map_or(0.0, |value| value.to_double());
-        let of_lanes = if at(&self.radiosity) == 0.0 { Method::Zero } else { Method::ClosedForm };
+        let value = |array: &[F]| array.get(index).map_or(0.0, |value| value.to_double());
+        let of_lanes = if value(&self.radiosity) == 0.0 { Method::Zero } else { Method::ClosedForm };
         let method = self.method.get(index).copied().unwrap_or(of_lanes);
         Answer {
-            radiosity: at(&self.radiosity),
-            gradient: DVec3::from(self.gradient.each_ref().map(|array| at(array))),
-            radiosity_error: at(&self.radiosity_error),
-            gradient_error: at(&self.gradient_error),
+            radiosity: value(&self.radiosity),
+            gradient: DVec3::from(self.gradient.each_ref().map(|array| value(array))),
+            radiosity_error: value(&self.radiosity_error),
+            gradient_error: value(&self.gradient_error),
             method,
         }
     }
@@ -139,7 +139,7 @@ pub(super) struct Slots<'a, F> {
 }
 
 impl<F> Slots<'_, F> {
-    /// Notes what lanes are about to answer.
+    /// Records the entries that lanes are about to answer.
     pub(super) fn on_lanes(&mut self) {
         self.method.fill(Method::ClosedForm);
     }

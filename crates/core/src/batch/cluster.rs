@@ -51,7 +51,7 @@ pub(super) struct Sight {
     /// All of it is above the horizon and all emitters face the receiver.
     pub(super) whole: bool,
     /// Upper bound on `|B(x)|` due to the cluster, without the factor rho.
-    pub(super) most: f64,
+    pub(super) largest_value: f64,
     /// Upper bound on n1.r.
     pub(super) highest: f64,
     /// Lower bound on the distance of the box.
@@ -119,8 +119,8 @@ impl Cluster {
         let (mut reach, mut outside) = (0.0, 0.0);
         for (axis, half) in self.axes.iter().zip(self.half) {
             reach += n1.dot(*axis).abs() * half;
-            let beyond = (axis.dot(v).abs() - half).max(0.0);
-            outside += beyond * beyond;
+            let excess = (axis.dot(v).abs() - half).max(0.0);
+            outside += excess * excess;
         }
         let clear = (outside.sqrt() - slack).max(0.0);
         let height = n1.dot(v);
@@ -133,13 +133,13 @@ impl Cluster {
             below,
             behind,
             whole: lowest > 0.0 && least > 0.0,
-            most: if below || behind { 0.0 } else { self.most(n1, highest, most_front, clear) },
+            largest_value: if below || behind { 0.0 } else { self.largest_value(n1, highest, most_front, clear) },
             highest,
             clear,
         }
     }
 
-    fn most(&self, n1: DVec3, highest: f64, most_front: f64, clear: f64) -> f64 {
+    fn largest_value(&self, n1: DVec3, highest: f64, most_front: f64, clear: f64) -> f64 {
         let turned = (n1 - self.normal).length() + self.spread + 4.0 * f64::EPSILON;
         // delta <= 2 asin(t/2) <= 1.1 t up to t = 1.
         let lune = if turned <= 1.0 { 2.0 * 1.1 * 1.1 * turned * turned } else { f64::INFINITY };

@@ -40,7 +40,7 @@ impl<S: Simd, F: Lane> BoundarySums<S, F> for ConstantSums<S, F> {
         let turn = g * (*moment * inverse_square);
         self.value = self.value + part.visible(simd, turn * *lit);
         if GRADIENT {
-            let between = part.of(*product * *square);
+            let between = part.clip(*product * *square);
             let straight = (edge.inverse + edge.inverse) - *inline * inverse_square;
             let term = *toward * (inverse_square * turn + between * straight) + (between * *reach) * *level;
             self.gradient = self.gradient + *w * part.visible(simd, term);
@@ -51,9 +51,9 @@ impl<S: Simd, F: Lane> BoundarySums<S, F> for ConstantSums<S, F> {
 
     /// The horizon's `n1.N` is -1.
     #[inline(always)]
-    fn close(&mut self, simd: S, n1: Vec3<Lanes<S, F>>, left: Mask<S, F>, exit: Vec3<Lanes<S, F>>, entry: Vec3<Lanes<S, F>>) {
+    fn close(&mut self, simd: S, n1: Vec3<Lanes<S, F>>, has_left: Mask<S, F>, exit: Vec3<Lanes<S, F>>, entry: Vec3<Lanes<S, F>>) {
         let closed = angle(simd, -n1.dot(exit.cross(entry)), exit.dot(entry));
-        self.value = self.value - left.select(closed, constant(simd, 0.0));
+        self.value = self.value - has_left.select(closed, constant(simd, 0.0));
     }
 
     #[inline(always)]

@@ -107,8 +107,8 @@ impl<'a> EmitterTree<'a> {
         Self::over(Cow::Borrowed(emitters))
     }
 
-    fn over(all: Cow<'a, [Emitter]>) -> Self {
-        let emitters = &*all;
+    fn over(given: Cow<'a, [Emitter]>) -> Self {
+        let emitters = &*given;
         let power = common_power::<f64>(emitters);
         let (convex, concave): (Vec<_>, Vec<_>) = (0..emitters.len()).partition(|i| fans_out(&emitters[*i]));
         let (kinds, mut others) = kinds(emitters, &convex, power);
@@ -119,7 +119,7 @@ impl<'a> EmitterTree<'a> {
             Grove { lamps: Lamps::new(kind, emitters, order, power), nodes }
         };
         let groups = kinds.into_iter().map(grove).collect();
-        Self { emitters: all, groups, others, power }
+        Self { emitters: given, groups, others, power }
     }
 
     /// Number of emitters.
@@ -208,14 +208,14 @@ impl<'a> Branch<'a> {
         for (index, rank) in order.iter_mut().zip(&ranks) {
             *index = rank.index;
         }
-        let at = |ranks: &[Rank]| shapes.at(ranks.iter().map(|rank| rank.place));
-        let (here, there) = both(ranks.len(), || at(&ranks[..middle]), || at(&ranks[middle..]));
+        let gather = |ranks: &[Rank]| shapes.gather(ranks.iter().map(|rank| rank.place));
+        let (here, there) = both(ranks.len(), || gather(&ranks[..middle]), || gather(&ranks[middle..]));
         let (left, right) = order.split_at_mut(middle);
         [Self { first, order: left, shapes: here }, Self { first: first + middle, order: right, shapes: there }]
     }
 }
 
-/// An emitter, what it is sorted by, and where its shape is.
+/// An emitter, its sort key, and the place of its shape.
 struct Rank {
     along: f64,
     index: usize,

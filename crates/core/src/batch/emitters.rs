@@ -57,8 +57,8 @@ impl<'a, F: Lane> Emitters<'a, F> {
     #[must_use]
     pub fn new(emitters: &'a [Emitter]) -> Self {
         let power = common_power::<F>(emitters);
-        let (fit, rest): (Vec<_>, Vec<_>) = (0..emitters.len()).partition(|i| goes_on_lanes::<F>(&emitters[*i], power));
-        let (double, others) = sorted(emitters, &rest, power);
+        let (fit, unfit): (Vec<_>, Vec<_>) = (0..emitters.len()).partition(|i| goes_on_lanes::<F>(&emitters[*i], power));
+        let (double, others) = sorted(emitters, &unfit, power);
         let fit = by_edges(emitters, &fit).into_iter().map(|index| Set {
             group: Some(Group::new(emitters, index.clone(), power)),
             double: F::IS_SINGLE.then(|| Lamps::Constant(Group::new(emitters, index.clone(), power))),
@@ -99,7 +99,7 @@ impl<'a, F: Lane> OneReceiver<'a, F> {
     }
 
     /// Answers all emitters, in their order.
-    pub(super) fn all(&self, threads: bool, answers: &mut Answers<F>) -> Result<Counts, Error> {
+    pub(super) fn answer_all(&self, threads: bool, answers: &mut Answers<F>) -> Result<Counts, Error> {
         let mut counts = Counts::default();
         let mut sorted = Answers::new();
         for set in &self.emitters.sets {

@@ -96,7 +96,7 @@ impl<S: Simd, F: Lane> Outline<S, F> for Outlined<F> {
     #[inline(always)]
     fn edge(&self, simd: S, index: usize) -> LaneEdge<S, F> {
         let EmitterCorner { e, square, inverse, .. } = &self.corners[index];
-        LaneEdge { index, e: same(simd, *e), square: Lanes::all(simd, *square), inverse: Lanes::all(simd, *inverse) }
+        LaneEdge { index, e: same(simd, *e), square: Lanes::splat(simd, *square), inverse: Lanes::splat(simd, *inverse) }
     }
     #[inline(always)]
     fn normal(&self, simd: S) -> Vec3<Lanes<S, F>> {
@@ -104,7 +104,7 @@ impl<S: Simd, F: Lane> Outline<S, F> for Outlined<F> {
     }
     #[inline(always)]
     fn height_share(&self, simd: S) -> Lanes<S, F> {
-        Lanes::all(simd, self.height_share)
+        Lanes::splat(simd, self.height_share)
     }
 }
 
@@ -180,8 +180,8 @@ pub(super) fn lanes<S: Simd, F: Lane, E: Emitting<S, F>, const GRADIENT: bool>(
 ) -> Settled {
     align_frame();
     let mut settled = Settled::default();
-    let power = Lanes::all(simd, outline.power);
-    let brightness = Lanes::all(simd, brightness) * constant(simd, E::Sums::FACTOR);
+    let power = Lanes::splat(simd, outline.power);
+    let brightness = Lanes::splat(simd, brightness) * constant(simd, E::Sums::FACTOR);
     let Receivers { position: [x, y, z], normal: [nx, ny, nz], reflectance } = *receivers;
     // As long as each other, which is seen once for all.
     let (y, z, nx, ny, nz) = (&y[..x.len()], &z[..x.len()], &nx[..x.len()], &ny[..x.len()], &nz[..x.len()]);
@@ -192,14 +192,14 @@ pub(super) fn lanes<S: Simd, F: Lane, E: Emitting<S, F>, const GRADIENT: bool>(
         let square = normal.norm_squared();
         let n1 = normal * (constant(simd, 1.0) / square.sqrt());
         let rho =
-            if reflectance.len() == 1 { Lanes::all(simd, reflectance[0]) } else { Lanes::load(simd, &reflectance[first..]) };
+            if reflectance.len() == 1 { Lanes::splat(simd, reflectance[0]) } else { Lanes::load(simd, &reflectance[first..]) };
         let sums = emitting.sums(simd, 0, outline, position, n1);
         // Squares that were not rounded to a subnormal number, nor infinite: else the normal has no digits, and the scalar path
         // divides by a power of two first.
         let has_digits = constant(simd, F::TINY / (F::ROUNDOFF * F::ROUNDOFF)).at_most(square);
-        let found = find::<S, F, _, _, GRADIENT>(simd, outline, ((position, n1), has_digits), goal.asked.errors, sums);
+        let visible = find::<S, F, _, _, GRADIENT>(simd, outline, ((position, n1), has_digits), goal.asked.errors, sums);
         let scale = Scale::new(simd, brightness, rho, power);
-        settle::<S, F, GRADIENT>(simd, &found, &scale, goal.tolerance, (slots, first), &mut settled);
+        settle::<S, F, GRADIENT>(simd, &visible, &scale, goal.tolerance, (slots, first), &mut settled);
     }
     settled
 }

@@ -62,32 +62,32 @@ fn left_by(degree: usize, half: f64, distance: f64) -> f64 {
 /// Chebyshev's points of the first kind, and the factors `1/prod (x_i - x_j)` of Lagrange's polynomials.
 #[derive(Debug, Clone)]
 struct Points {
-    at: Vec<f64>,
+    nodes: Vec<f64>,
     factors: Vec<f64>,
 }
 
 impl Points {
     fn new(degree: usize) -> Self {
         let count = degree + 1;
-        let at: Vec<f64> = (0..count).map(|i| libm::cos((2 * i + 1) as f64 * PI / (2 * count) as f64)).collect();
-        let factor = |i: usize| 1.0 / (0..count).filter(|j| *j != i).map(|j| at[i] - at[j]).product::<f64>();
-        Self { factors: (0..count).map(factor).collect(), at }
+        let nodes: Vec<f64> = (0..count).map(|i| libm::cos((2 * i + 1) as f64 * PI / (2 * count) as f64)).collect();
+        let factor = |i: usize| 1.0 / (0..count).filter(|j| *j != i).map(|j| nodes[i] - nodes[j]).product::<f64>();
+        Self { factors: (0..count).map(factor).collect(), nodes }
     }
 
     /// Lagrange's polynomials at a place.
     #[inline(always)]
     fn lagrange<S: Simd>(&self, simd: S, place: Lanes<S, f64>, values: &mut [Lanes<S, f64>; DEGREES]) {
-        let count = self.at.len();
+        let count = self.nodes.len();
         for (value, factor) in values.iter_mut().zip(&self.factors) {
-            *value = Lanes::all(simd, *factor);
+            *value = Lanes::splat(simd, *factor);
         }
         let (mut before, mut after) = (constant(simd, 1.0), constant(simd, 1.0));
         for i in 0..count {
             let last = count - 1 - i;
             values[i] = values[i] * before;
-            before = before * (place - Lanes::all(simd, self.at[i]));
+            before = before * (place - Lanes::splat(simd, self.nodes[i]));
             values[last] = values[last] * after;
-            after = after * (place - Lanes::all(simd, self.at[last]));
+            after = after * (place - Lanes::splat(simd, self.nodes[last]));
         }
     }
 }
@@ -185,8 +185,8 @@ impl FarField {
         }
         let (near, slope) = (UP / clear, (highest / clear).min(UP));
         let axes = self.axes.iter().map(|Axis { steep, flat, order }| (steep * slope + flat) * near.powi(*order)).sum::<f64>();
-        let rest = left_by_rule(self.reach * near, self.first) + self.rounding + self.displaced * near;
-        cluster.power * (axes + rest) * (near * near) * (FRAC_1_PI * UP)
+        let remainder = left_by_rule(self.reach * near, self.first) + self.rounding + self.displaced * near;
+        cluster.power * (axes + remainder) * (near * near) * (FRAC_1_PI * UP)
     }
 }
 
@@ -243,7 +243,7 @@ impl Interpolation<'_> {
     /// The weights at the nodes, over pi.
     #[inline(always)]
     fn weights<S: Simd>(&self, simd: S, lamps: &Lamps, range: Range<usize>) -> Vec<[f64; 3]> {
-        let [first, second, third] = self.points.each_ref().map(|points| points.at.len());
+        let [first, second, third] = self.points.each_ref().map(|points| points.nodes.len());
         let count = first * second * third;
         let mut areas = vec![0.0; count * SIDE_BY_SIDE];
         let mut sums = [(); 3].map(|()| vec![0.0; count * SIDE_BY_SIDE]);
@@ -258,11 +258,12 @@ impl Interpolation<'_> {
                     for node in 0..count {
                         constant(simd, 0.0).store(&mut areas[node * SIDE_BY_SIDE + lane..]);
                     }
-                    self.integrate(simd, [a, ab, bc], lamps.glow(simd, k, entry), &mut areas[lane..]);
+                    self.integrate(simd, [a, ab, bc], lamps.emission(simd, k, entry), &mut areas[lane..]);
                     for (sums, emitted) in sums.iter_mut().zip([emitted.x, emitted.y, emitted.z]) {
                         for node in 0..count {
-                            let at = node * SIDE_BY_SIDE + lane;
-                            (Lanes::load(simd, &sums[at..]) + emitted * Lanes::load(simd, &areas[at..])).store(&mut sums[at..]);
+                            let offset = node * SIDE_BY_SIDE + lane;
+                            (Lanes::load(simd, &sums[offset..]) + emitted * Lanes::load(simd, &areas[offset..]))
+                                .store(&mut sums[offset..]);
                         }
                     }
                 }
@@ -279,29 +280,29 @@ impl Interpolation<'_> {
         &self,
         simd: S,
         [a, ab, bc]: [Vec3<Lanes<S, f64>>; 3],
-        [glow, glow_ab, glow_bc]: [Lanes<S, f64>; 3],
+        [base, along_ab, along_bc]: [Lanes<S, f64>; 3],
         areas: &mut [f64],
     ) {
         let Cluster { centre, axes, half, .. } = self.cluster;
         let centre = same(simd, centre.to_array());
         for (u, first) in self.gauss {
             for (v, second) in self.gauss {
-                let point = a + (ab + bc * Lanes::all(simd, *v)) * Lanes::all(simd, *u) - centre;
-                let emission = glow + (glow_ab + glow_bc * Lanes::all(simd, *v)) * Lanes::all(simd, *u);
-                let area = emission * Lanes::all(simd, u * first * second);
+                let point = a + (ab + bc * Lanes::splat(simd, *v)) * Lanes::splat(simd, *u) - centre;
+                let emission = base + (along_ab + along_bc * Lanes::splat(simd, *v)) * Lanes::splat(simd, *u);
+                let area = emission * Lanes::splat(simd, u * first * second);
                 let mut values = [[constant(simd, 0.0); DEGREES]; 3];
                 for k in 0..3 {
-                    let place = same::<S, f64>(simd, axes[k].to_array()).dot(point) * Lanes::all(simd, 1.0 / half[k]);
+                    let place = same::<S, f64>(simd, axes[k].to_array()).dot(point) * Lanes::splat(simd, 1.0 / half[k]);
                     self.points[k].lagrange(simd, place, &mut values[k]);
                 }
-                let [first, second, third] = self.points.each_ref().map(|points| points.at.len());
-                let mut at = 0;
+                let [first, second, third] = self.points.each_ref().map(|points| points.nodes.len());
+                let mut offset = 0;
                 for z in &values[2][..third] {
                     for y in &values[1][..second] {
                         let factor = area * *z * *y;
                         for x in &values[0][..first] {
-                            (Lanes::load(simd, &areas[at..]) + factor * *x).store(&mut areas[at..]);
-                            at += SIDE_BY_SIDE;
+                            (Lanes::load(simd, &areas[offset..]) + factor * *x).store(&mut areas[offset..]);
+                            offset += SIDE_BY_SIDE;
                         }
                     }
                 }
@@ -319,7 +320,7 @@ impl Interpolation<'_> {
             nodes.weight.iter_mut().zip(weight).for_each(|(array, along)| array.push(along));
         };
         let along = |k: usize, share: f64| axes[k] * (half[k] * share);
-        let places = third.at.iter().flat_map(|z| second.at.iter().flat_map(|y| first.at.iter().map(|x| [*x, *y, *z])));
+        let places = third.nodes.iter().flat_map(|z| second.nodes.iter().flat_map(|y| first.nodes.iter().map(|x| [*x, *y, *z])));
         for ([x, y, z], weight) in places.zip(weights) {
             push(*centre + along(0, x) + along(1, y) + along(2, z), *weight);
         }
@@ -354,11 +355,15 @@ mod tests {
             let points = Points::new(degree);
             let sum = |place: f64| {
                 let term =
-                    |i: usize| points.at.iter().enumerate().filter(|(j, _)| *j != i).map(|(_, x)| place - x).product::<f64>();
+                    |i: usize| points.nodes.iter().enumerate().filter(|(j, _)| *j != i).map(|(_, x)| place - x).product::<f64>();
                 (0..=degree).map(|i| (points.factors[i] * term(i)).abs()).sum::<f64>()
             };
-            let most = (0..=2000).map(|i| sum(f64::from(i) * 0.001 - 1.0)).fold(0.0, f64::max);
-            assert!(most <= lebesgue(degree) && most > 0.85 * lebesgue(degree), "{degree}: {most} {}", lebesgue(degree));
+            let largest_sum = (0..=2000).map(|i| sum(f64::from(i) * 0.001 - 1.0)).fold(0.0, f64::max);
+            assert!(
+                largest_sum <= lebesgue(degree) && largest_sum > 0.85 * lebesgue(degree),
+                "{degree}: {largest_sum} {}",
+                lebesgue(degree)
+            );
         }
     }
 
@@ -386,13 +391,13 @@ mod tests {
                 let [a, b, c, d] = [place(i, j), place(i, j + 1), place(i + 1, j + 1), place(i + 1, j)];
                 let cells = if triangles { vec![vec![a, b, c], vec![a, c, d]] } else { vec![vec![a, b, c, d]] };
                 for vertices in cells {
-                    let mut at = || random.random_range(-0.2..1.0);
+                    let mut uniform = || random.random_range(-0.2..1.0);
                     let emission = if !linear {
-                        Emission::Constant(at())
+                        Emission::Constant(uniform())
                     } else if triangles {
-                        Emission::at_vertices(vec![at(), at(), at()])
+                        Emission::at_vertices(vec![uniform(), uniform(), uniform()])
                     } else {
-                        Emission::gradient(at(), DVec3::new(at(), at(), at()) * 6.0)
+                        Emission::gradient(uniform(), DVec3::new(uniform(), uniform(), uniform()) * 6.0)
                     };
                     lamps.push(Emitter::new(Polygon::new(vertices).unwrap(), emission).unwrap());
                 }
@@ -435,7 +440,7 @@ mod tests {
                     }
                     let exact = lamps.iter().map(|lamp| radiosity(&receiver, lamp));
                     let (sum, size) = exact.fold((0.0, 0.0), |(sum, size), exact| (sum + exact, size + exact.abs()));
-                    assert!(size <= sight.most, "{size:e} above the most there can be, {:e}", sight.most);
+                    assert!(size <= sight.largest_value, "{size:e} above the most there can be, {:e}", sight.largest_value);
                     let error = (far_value(Level::new(), nodes, &receiver) - sum).abs();
                     assert!(
                         error <= bound + 1e-11 * size,

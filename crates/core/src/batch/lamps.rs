@@ -101,12 +101,12 @@ impl Lamps {
     /// The emission over triangle k of the fans from vertex 0 of a vector of emitters: `b + u (b_ab + v b_bc)` at
     /// `a + u (ab + v bc)`, in units of the brightness.
     #[inline(always)]
-    pub(super) fn glow<S: Simd>(&self, simd: S, k: usize, entry: usize) -> [Lanes<S, f64>; 3] {
+    pub(super) fn emission<S: Simd>(&self, simd: S, k: usize, entry: usize) -> [Lanes<S, f64>; 3] {
         match self {
             Self::Constant(_) => [constant(simd, 1.0), constant(simd, 0.0), constant(simd, 0.0)],
             Self::Linear(group) => {
-                let at = |vertex: usize| Lanes::load(simd, &group.at_vertex(vertex)[entry..]);
-                let (a, b, c) = (at(0), at(k + 1), at(k + 2));
+                let vertex_emission = |vertex: usize| Lanes::load(simd, &group.at_vertex(vertex)[entry..]);
+                let (a, b, c) = (vertex_emission(0), vertex_emission(k + 1), vertex_emission(k + 2));
                 [a, b - a, c - b]
             }
         }

@@ -49,12 +49,12 @@ type Vector<S> = Vec3<Lanes<S, f64>>;
 #[derive(Debug, Clone)]
 pub(super) struct LinearLamp {
     outline: Outlined<f64>,
-    glow: Glow,
+    emission: AffineEmission,
 }
 
 /// The emission of one emitter.
 #[derive(Debug, Clone)]
-pub(super) struct Glow {
+pub(super) struct AffineEmission {
     at_vertices: Vec<f64>,
     gradient: [f64; 3],
     /// The largest of them; a bound on the gradient's length which, times 4u, bounds its error.
@@ -66,7 +66,7 @@ pub(super) struct Glow {
     brightness: f64,
 }
 
-impl Glow {
+impl AffineEmission {
     /// With lengths times a power of two. `None` for other emissions, and where the plane or the emission over it is not known to
     /// a few roundings: the bound counts no more.
     pub(super) fn new(emitter: &Emitter, power: f64) -> Option<Self> {
@@ -81,12 +81,12 @@ impl Glow {
         // A slope that is known to less than 4u, as of a level emission in a tilted plane, counts as one that is.
         let steepness = (gradient.length() * (1.0 + 8.0 * ROUNDOFF)).max(slope_error / (4.0 * ROUNDOFF));
         let scale = largest + steepness * polygon.size() * power;
-        let off = |i: usize| {
+        let deviation = |i: usize| {
             let there = gradient.dot(Vec3::from((vertices[i] - vertices[0]) * power));
             (at_vertices[i] - at_vertices[0] - there).abs()
         };
         let is_known = emitter.vertex_error() + affine.residual <= 4.0 * ROUNDOFF * scale
-            && (0..vertices.len()).all(|i| off(i) <= 16.0 * ROUNDOFF * scale)
+            && (0..vertices.len()).all(|i| deviation(i) <= 16.0 * ROUNDOFF * scale)
             && polygon.normal_error() <= 2.0 * ROUNDOFF
             && polygon.planarity_defect() <= 4.0 * ROUNDOFF * polygon.size();
         let brightness = std::f64::consts::FRAC_1_PI / emitter.power();
@@ -98,7 +98,7 @@ impl Glow {
 }
 
 /// The emission of an emitter on all lanes, or of one a lane.
-pub(super) trait Glowing<S: Simd> {
+pub(super) trait EmissionOnLanes<S: Simd> {
     /// Where edge `index` starts and where it ends.
     fn ends(&self, simd: S, index: usize) -> [Wide<S>; 2];
     /// `gB`, its length, and the largest magnitude at a vertex.
@@ -107,11 +107,11 @@ pub(super) trait Glowing<S: Simd> {
     fn largest(&self, simd: S) -> Wide<S>;
 }
 
-impl<S: Simd> Glowing<S> for &Glow {
+impl<S: Simd> EmissionOnLanes<S> for &AffineEmission {
     #[inline(always)]
     fn ends(&self, simd: S, index: usize) -> [Wide<S>; 2] {
         let next = if index + 1 == self.at_vertices.len() { 0 } else { index + 1 };
-        [Wide::all(simd, self.at_vertices[index]), Wide::all(simd, self.at_vertices[next])]
+        [Wide::splat(simd, self.at_vertices[index]), Wide::splat(simd, self.at_vertices[next])]
     }
     #[inline(always)]
     fn gradient(&self, simd: S) -> Vector<S> {
@@ -119,21 +119,21 @@ impl<S: Simd> Glowing<S> for &Glow {
     }
     #[inline(always)]
     fn steepness(&self, simd: S) -> Wide<S> {
-        Wide::all(simd, self.steepness)
+        Wide::splat(simd, self.steepness)
     }
     #[inline(always)]
     fn largest(&self, simd: S) -> Wide<S> {
-        Wide::all(simd, self.largest)
+        Wide::splat(simd, self.largest)
     }
 }
 
 impl LinearLamp {
-    /// `None` where [`Outlined::new`] or [`Glow::new`] gives none.
+    /// `None` where [`Outlined::new`] or [`AffineEmission::new`] gives none.
     pub(super) fn new(emitter: &Emitter) -> Option<Self> {
         let Emission::Linear(_) = emitter.emission() else { return None };
         let outline = Outlined::new(emitter.polygon())?;
-        let glow = Glow::new(emitter, outline.power)?;
-        Some(Self { outline, glow })
+        let emission = AffineEmission::new(emitter, outline.power)?;
+        Some(Self { outline, emission })
     }
 
     /// Receivers of a tile on lanes.
@@ -145,7 +145,7 @@ impl LinearLamp {
         slots: &mut Slots<'_, f64>,
     ) -> Settled {
         padded(receivers, goal, slots, |receivers, slots| {
-            let lamp = (&self.outline, self.glow.brightness, &self.glow);
+            let lamp = (&self.outline, self.emission.brightness, &self.emission);
             if goal.asked.gradient {
                 in_library!(level, simd => lanes::<_, f64, _, true>(simd, receivers, lamp, goal, slots))
             } else {
@@ -155,8 +155,8 @@ impl LinearLamp {
     }
 }
 
-impl<'a, S: Simd> Emitting<S, f64> for &'a Glow {
-    type Sums = LinearSums<S, &'a Glow>;
+impl<'a, S: Simd> Emitting<S, f64> for &'a AffineEmission {
+    type Sums = LinearSums<S, &'a AffineEmission>;
 
     #[inline(always)]
     fn sums<O: Outline<S, f64>>(&self, simd: S, _: usize, outline: &O, x: Vector<S>, n1: Vector<S>) -> Self::Sums {
@@ -166,7 +166,7 @@ impl<'a, S: Simd> Emitting<S, f64> for &'a Glow {
 
 /// The sums, with the receiver and the emission as they enter.
 pub(super) struct LinearSums<S: Simd, G> {
-    glow: G,
+    emission: G,
     n2: Vector<S>,
     /// `gB`.
     gradient: Vector<S>,
@@ -195,15 +195,15 @@ pub(super) struct LinearSums<S: Simd, G> {
     slant: Wide<S>,
 }
 
-impl<S: Simd, G: Glowing<S>> LinearSums<S, G> {
+impl<S: Simd, G: EmissionOnLanes<S>> LinearSums<S, G> {
     #[inline(always)]
-    fn new<O: Outline<S, f64>>(simd: S, glow: G, outline: &O, x: Vector<S>, n1: Vector<S>) -> Self {
+    fn new<O: Outline<S, f64>>(simd: S, emission: G, outline: &O, x: Vector<S>, n1: Vector<S>) -> Self {
         let (n2, first) = (outline.normal(simd), outline.vertex(simd, 0) - x);
-        let gradient = glow.gradient(simd);
-        let [here, _] = glow.ends(simd, 0);
+        let gradient = emission.gradient(simd);
+        let [here, _] = emission.ends(simd, 0);
         let zero = constant(simd, 0.0);
         Self {
-            glow,
+            emission,
             n2,
             gradient,
             height: -n2.dot(first),
@@ -238,13 +238,13 @@ impl<S: Simd, G: Glowing<S>> LinearSums<S, G> {
 
     /// A point at a distance, known already if it is where another one is.
     #[inline(always)]
-    fn met(&self, simd: S, square: Wide<S>, known: Met<S>) -> Met<S> {
-        let is_known = square.at_most(known.square) & known.square.at_most(square);
+    fn met(&self, simd: S, square: Wide<S>, computed: Met<S>) -> Met<S> {
+        let is_known = square.at_most(computed.square) & computed.square.at_most(square);
         if (!is_known).any() {
             let height = self.height * self.height;
             return Met { square, logarithm: (square / height).ln() * constant(simd, 0.5) };
         }
-        known
+        computed
     }
 
     /// Adds the part of a segment to X1 where it counts.
@@ -330,7 +330,7 @@ fn x1<S: Simd>(
     )
 }
 
-impl<S: Simd, G: Glowing<S>> BoundarySums<S, f64> for LinearSums<S, G> {
+impl<S: Simd, G: EmissionOnLanes<S>> BoundarySums<S, f64> for LinearSums<S, G> {
     const FACTOR: f64 = 1.0;
 
     #[inline(always)]
@@ -351,7 +351,7 @@ impl<S: Simd, G: Glowing<S>> BoundarySums<S, f64> for LinearSums<S, G> {
         let places = [start.r.dot(edge.e), end.r.dot(edge.e)];
         let logarithms = self.logarithms(simd, [start.square, end.square]);
         let outward = edge.e.cross(self.n2);
-        let [here, next] = self.glow.ends(simd, edge.index);
+        let [here, next] = self.emission.ends(simd, edge.index);
         let rise = next - here;
         let flux = beside * turn * self.gradient.dot(outward) + (logarithms[1] - logarithms[0]) * rise;
         self.lit = self.lit + part.visible(simd, turn * lit);
@@ -359,7 +359,7 @@ impl<S: Simd, G: Glowing<S>> BoundarySums<S, f64> for LinearSums<S, G> {
         self.contour = self.contour + part.visible(simd, n1.dot(outward) * edge.inverse * flux);
         self.add_x1(simd, x1(simd, places, [*moment, beside], logarithms, g), part.mask());
         if GRADIENT {
-            let sine = part.of(*moment) * (product * *square);
+            let sine = part.clip(*moment) * (product * *square);
             let nearest = *square * edge.inverse;
             let cc = g + sine * ((nearest + nearest) - inline);
             let cs = (sine * *moment) * reach;
@@ -368,27 +368,27 @@ impl<S: Simd, G: Glowing<S>> BoundarySums<S, f64> for LinearSums<S, G> {
             let steps = rise * edge.inverse;
             let emitted = here - steps * r.dot(edge.e);
             let along = steps * *moment;
-            let seen = (cc * toward + cs * level) * emitted + (cs * toward + ss * level) * along;
-            self.edges = self.edges + *w * part.visible(simd, seen * inverse_square);
+            let weight = (cc * toward + cs * level) * emitted + (cs * toward + ss * level) * along;
+            self.edges = self.edges + *w * part.visible(simd, weight * inverse_square);
         }
         self.nearest = self.nearest.max(part.counted(simd, edge.square * inverse_square));
         self.angles = self.angles + part.counted(simd, g);
     }
 
     #[inline(always)]
-    fn close(&mut self, simd: S, n1: Vector<S>, left: Mask<S, f64>, exit: Vector<S>, entry: Vector<S>) {
+    fn close(&mut self, simd: S, n1: Vector<S>, has_left: Mask<S, f64>, exit: Vector<S>, entry: Vector<S>) {
         let (zero, one) = (constant(simd, 0.0), constant(simd, 1.0));
-        let g = left.select(angle(simd, -n1.dot(exit.cross(entry)), exit.dot(entry)), zero);
+        let g = has_left.select(angle(simd, -n1.dot(exit.cross(entry)), exit.dot(entry)), zero);
         let t = n1.cross(self.n2);
         let square = self.height * self.height;
         let logarithms =
-            self.logarithms(simd, [left.select(exit.norm_squared(), square), left.select(entry.norm_squared(), square)]);
+            self.logarithms(simd, [has_left.select(exit.norm_squared(), square), has_left.select(entry.norm_squared(), square)]);
         self.lit = self.lit - g;
         self.aimed = self.aimed - g * self.slope;
         self.contour = self.contour - (self.tilt * self.slope * g + (logarithms[1] - logarithms[0]) * self.gradient.dot(t));
         let distances = [self.height, -(self.height * self.tilt)];
-        self.add_x1(simd, x1(simd, [exit.dot(t), entry.dot(t)], distances, logarithms, g), Some(left));
-        self.slant = left.select(one / left.select(t.norm_squared(), one), zero);
+        self.add_x1(simd, x1(simd, [exit.dot(t), entry.dot(t)], distances, logarithms, g), Some(has_left));
+        self.slant = has_left.select(one / has_left.select(t.norm_squared(), one), zero);
     }
 
     #[inline(always)]

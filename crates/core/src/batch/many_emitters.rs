@@ -144,11 +144,11 @@ impl<F: Lane> Group<F> {
         work: &mut Work<F>,
     ) -> Settled {
         work.answered(range, goal, |start, slots| {
-            let at = (self, start, Uniformly);
+            let tile = (self, start, Uniformly);
             if goal.asked.gradient {
-                in_library!(level, simd => lanes::<_, F, _, true>(simd, at, seen, goal, slots))
+                in_library!(level, simd => lanes::<_, F, _, true>(simd, tile, seen, goal, slots))
             } else {
-                in_library!(level, simd => lanes::<_, F, _, false>(simd, at, seen, goal, slots))
+                in_library!(level, simd => lanes::<_, F, _, false>(simd, tile, seen, goal, slots))
             }
         })
     }
@@ -204,12 +204,12 @@ impl<F: Lane> Work<F> {
 
     /// One answer.
     pub(super) fn answer(&self, entry: usize, asked: Asked) -> Answer {
-        let at = |array: &[F; TILE], wanted: bool| if wanted { array[entry].to_double() } else { 0.0 };
+        let value = |array: &[F; TILE], wanted: bool| if wanted { array[entry].to_double() } else { 0.0 };
         Answer {
-            radiosity: at(&self.radiosity, true),
-            gradient: DVec3::from(self.gradient.each_ref().map(|array| at(array, asked.gradient))),
-            radiosity_error: at(&self.radiosity_error, asked.errors),
-            gradient_error: at(&self.gradient_error, asked.gradient && asked.errors),
+            radiosity: value(&self.radiosity, true),
+            gradient: DVec3::from(self.gradient.each_ref().map(|array| value(array, asked.gradient))),
+            radiosity_error: value(&self.radiosity_error, asked.errors),
+            gradient_error: value(&self.gradient_error, asked.gradient && asked.errors),
             method: Method::ClosedForm,
         }
     }
@@ -285,14 +285,14 @@ pub(super) fn lanes<S: Simd, F: Lane, E: Emitting<S, F>, const GRADIENT: bool>(
     let mut settled = Settled::default();
     let (x, n1) = (same(simd, seen.position), same(simd, seen.normal));
     let always = constant::<S, F>(simd, 0.0).at_most(constant(simd, 0.0));
-    let (rho, power) = (Lanes::all(simd, seen.reflectance), Lanes::all(simd, seen.power));
+    let (rho, power) = (Lanes::splat(simd, seen.reflectance), Lanes::splat(simd, seen.power));
     for first in (0..slots.radiosity.len()).step_by(Lanes::<S, F>::COUNT) {
         let block = Block { group, first: start + first };
         let sums = emitting.sums(simd, block.first, &block, x, n1);
-        let found = find::<S, F, _, _, GRADIENT>(simd, &block, ((x, n1), always), goal.asked.errors, sums);
+        let visible = find::<S, F, _, _, GRADIENT>(simd, &block, ((x, n1), always), goal.asked.errors, sums);
         let brightness = Lanes::load(simd, &group.brightness[block.first..]) * constant(simd, E::Sums::FACTOR);
         let scale = Scale::new(simd, brightness, rho, power);
-        settle::<S, F, GRADIENT>(simd, &found, &scale, goal.tolerance, (slots, first), &mut settled);
+        settle::<S, F, GRADIENT>(simd, &visible, &scale, goal.tolerance, (slots, first), &mut settled);
     }
     settled
 }

@@ -41,7 +41,7 @@ enum Double {
     Linear(LinearLamp),
 }
 
-/// What answers receivers of a tile.
+/// The function that answers the receivers of a tile.
 type OnTile<F> = fn(&LinearLamp, Level, &Receivers<'_, F>, Goal, &mut Slots<'_, F>) -> Settled;
 
 /// The precision of a batch.
@@ -121,21 +121,22 @@ impl Sphere {
 
 /// Occluders, and spheres around these and the emitter.
 pub(super) struct Occluders<'a> {
-    all: Vec<(&'a Polygon, Sphere)>,
+    occluders: Vec<(&'a Polygon, Sphere)>,
     emitter: Sphere,
 }
 
 impl<'a> Occluders<'a> {
     /// `None` if there are none.
-    pub(super) fn new(all: &[&'a Polygon], emitter: &Emitter) -> Option<Self> {
+    pub(super) fn new(occluders: &[&'a Polygon], emitter: &Emitter) -> Option<Self> {
         let with_sphere = |polygon: &&'a Polygon| (*polygon, Sphere::around(polygon));
-        let occluders = || Self { all: all.iter().map(with_sphere).collect(), emitter: Sphere::around(emitter.polygon()) };
-        (!all.is_empty()).then(occluders)
+        let with_spheres =
+            || Self { occluders: occluders.iter().map(with_sphere).collect(), emitter: Sphere::around(emitter.polygon()) };
+        (!occluders.is_empty()).then(with_spheres)
     }
 
     /// Those that spheres do not prove to hide nothing from a point.
     fn near(&self, point: DVec3) -> impl Iterator<Item = &'a Polygon> {
-        let near = self.all.iter().filter(move |(_, sphere)| !sphere.is_apart_from(&self.emitter, point));
+        let near = self.occluders.iter().filter(move |(_, sphere)| !sphere.is_apart_from(&self.emitter, point));
         near.map(|(polygon, _)| *polygon)
     }
 }
@@ -211,20 +212,20 @@ impl<F: LinearOnLanes> OneEmitter<'_, F> {
         let mut values = [[0.0; TILE]; 7];
         let count = open.count_ones() as usize;
         for (place, entry) in each(open).enumerate() {
-            let at = |slice: &[F]| slice[if slice.len() == 1 { 0 } else { entry }].to_double();
-            let all = receivers.position.iter().chain(&receivers.normal).chain([&receivers.reflectance]);
-            values.iter_mut().zip(all).for_each(|(values, slice)| values[place] = at(slice));
+            let entry_of = |slice: &[F]| slice[if slice.len() == 1 { 0 } else { entry }].to_double();
+            let slices = receivers.position.iter().chain(&receivers.normal).chain([&receivers.reflectance]);
+            values.iter_mut().zip(slices).for_each(|(values, slice)| values[place] = entry_of(slice));
         }
         let [x, y, z, nx, ny, nz, reflectance] = values.each_ref().map(|values| &values[..count]);
         let receivers = Receivers { position: [x, y, z], normal: [nx, ny, nz], reflectance };
         let mut work = Work::new();
         let settled = lamp.on_lanes(self.level, &receivers, self.goal.doubled(), &mut work.slots(count, self.goal.asked));
         *counts += Counts { doubled: count, ..settled.counts() };
-        let mut left = 0;
+        let mut remaining = 0;
         let still_open = settled.open(count);
         for (place, entry) in each(open).enumerate() {
             if still_open >> place & 1 == 1 {
-                left |= 1 << entry;
+                remaining |= 1 << entry;
             } else {
                 put(slots, entry, &work.answer(place, self.goal.asked))?;
             }
@@ -232,7 +233,7 @@ impl<F: LinearOnLanes> OneEmitter<'_, F> {
                 slots.see_nothing([entry].into_iter());
             }
         }
-        Ok(left)
+        Ok(remaining)
     }
 }
 

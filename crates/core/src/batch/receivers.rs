@@ -49,14 +49,14 @@ impl<'a, F: Lane> Receivers<'a, F> {
         let receivers = Self { position, normal, reflectance };
         // All at once first: without a branch for each it costs a tenth of the loop that follows.
         let finite =
-            position.iter().chain(&normal).fold(true, |finite, slice| finite & all(slice, |v| v.to_double().is_finite()));
+            position.iter().chain(&normal).fold(true, |finite, slice| finite & every_entry(slice, |v| v.to_double().is_finite()));
         let [x, y, z] = normal;
         let directed = x
             .iter()
             .zip(y)
             .zip(z)
-            .fold(true, |all, ((x, y), z)| all & ((*x != F::default()) | (*y != F::default()) | (*z != F::default())));
-        let reflects = all(reflectance, |rho| (rho >= F::default()) & (rho <= F::nearest(1.0)));
+            .fold(true, |every, ((x, y), z)| every & ((*x != F::default()) | (*y != F::default()) | (*z != F::default())));
+        let reflects = every_entry(reflectance, |rho| (rho >= F::default()) & (rho <= F::nearest(1.0)));
         if !(finite & directed & reflects) {
             for index in 0..count {
                 receivers.receiver(index).map_err(|error| Error::InBatch { index, error: Box::new(error) })?;
@@ -87,19 +87,19 @@ impl<'a, F: Lane> Receivers<'a, F> {
     /// One of them.
     pub(super) fn receiver(&self, index: usize) -> Result<Receiver, Error> {
         let reflectance = self.reflectance[if self.reflectance.len() == 1 { 0 } else { index }];
-        Receiver::new(Self::at(self.position, index), Self::at(self.normal, index), reflectance.to_double())
+        Receiver::new(Self::vector(self.position, index), Self::vector(self.normal, index), reflectance.to_double())
     }
 
     pub(super) fn position(&self, index: usize) -> DVec3 {
-        Self::at(self.position, index)
+        Self::vector(self.position, index)
     }
 
-    fn at(components: [&[F]; 3], index: usize) -> DVec3 {
+    fn vector(components: [&[F]; 3], index: usize) -> DVec3 {
         DVec3::from(components.map(|component| component[index].to_double()))
     }
 }
 
 /// Whether all numbers have a property.
-fn all<F: Lane>(slice: &[F], property: impl Fn(F) -> bool) -> bool {
-    slice.iter().fold(true, |all, value| all & property(*value))
+fn every_entry<F: Lane>(slice: &[F], property: impl Fn(F) -> bool) -> bool {
+    slice.iter().fold(true, |every, value| every & property(*value))
 }

@@ -91,7 +91,7 @@ pub(super) enum EdgePart<S: Simd, F: Lane> {
 impl<S: Simd, F: Lane> EdgePart<S, F> {
     /// That part of a length.
     #[inline(always)]
-    pub(super) fn of(&self, length: Lanes<S, F>) -> Lanes<S, F> {
+    pub(super) fn clip(&self, length: Lanes<S, F>) -> Lanes<S, F> {
         match self {
             Self::Whole => length,
             Self::Clipped { fraction, .. } => length * *fraction,
@@ -173,7 +173,7 @@ impl<S: Simd, F: Lane> EdgeTerms<S, F> {
             return terms;
         }
         let along = start.r.dot(edge.e);
-        let reach = (along + along + part.of(edge.square)) * edge.inverse;
+        let reach = (along + along + part.clip(edge.square)) * edge.inverse;
         let along = if matches!(part, EdgePart::Clipped { .. }) { r.dot(edge.e) } else { along };
         let level = n1.dot(edge.e);
         Self { reach, level, toward: *height * edge.square - along * level, ..terms }

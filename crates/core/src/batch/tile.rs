@@ -8,7 +8,7 @@ use radgrad_numbers::lanes::lane::{Lane, Lanes, MOST_LANES, Mask, constant};
 use radgrad_numbers::number::ROUNDOFF;
 
 use crate::batch::answers::{Asked, Counts, Slots};
-use crate::batch::visible::Found;
+use crate::batch::visible::VisibleSums;
 use crate::error::Error;
 use crate::evaluate::{evaluate_to, evaluate_value, radiosity, radiosity_and_gradient};
 use crate::ladder;
@@ -126,9 +126,9 @@ impl Settled {
 
 /// The entries whose bits are set.
 pub(super) fn each(entries: Entries) -> impl Iterator<Item = usize> {
-    std::iter::successors(Some(entries), |rest| Some(rest & rest.wrapping_sub(1)))
-        .take_while(|rest| *rest != 0)
-        .map(|rest| rest.trailing_zeros() as usize)
+    std::iter::successors(Some(entries), |remaining| Some(remaining & remaining.wrapping_sub(1)))
+        .take_while(|remaining| *remaining != 0)
+        .map(|remaining| remaining.trailing_zeros() as usize)
 }
 
 /// The first entries of the vectors that cover a tile of this length, at least a vector long: the last one may go over entries
@@ -161,11 +161,11 @@ pub(super) fn run<F: Lane, C: Default + AddAssign + Send>(
         counts += right?;
         return Ok(counts);
     }
-    let (mut counts, mut rest) = (C::default(), slots);
+    let (mut counts, mut remaining) = (C::default(), slots);
     for start in (start..start + length).step_by(TILE) {
-        let (first, others) = rest.split_at(TILE);
+        let (first, others) = remaining.split_at(TILE);
         counts += tile(start, first)?;
-        rest = others;
+        remaining = others;
     }
     Ok(counts)
 }
@@ -193,7 +193,7 @@ impl<S: Simd, F: Lane> Scale<S, F> {
 #[inline(always)]
 pub(super) fn settle<S: Simd, F: Lane, const GRADIENT: bool>(
     simd: S,
-    found: &Found<S, F>,
+    visible: &VisibleSums<S, F>,
     scale: &Scale<S, F>,
     tolerance: Tolerance,
     (slots, first): (&mut Slots<'_, F>, usize),
@@ -202,32 +202,32 @@ pub(super) fn settle<S: Simd, F: Lane, const GRADIENT: bool>(
     let largest = constant(simd, F::LARGEST);
     // Results below the normal range are rounded more.
     let tiny = constant(simd, F::TINY);
-    let value = found.value * scale.value;
-    let zero = found.zero | scale.black;
+    let value = visible.value * scale.value;
+    let zero = visible.zero | scale.black;
     write(simd, zero, value, slots.radiosity, first);
     let normal = tiny.at_most(scale.value.abs()) & tiny.at_most(scale.gradient.abs());
-    let mut good = found.good & normal & value.abs().at_most(largest);
-    let error = found.bound.value * scale.value.abs();
+    let mut good = visible.good & normal & value.abs().at_most(largest);
+    let error = visible.bound.value * scale.value.abs();
     good = good & error.at_most(constant(simd, tolerance.value) * value.abs() + constant(simd, tolerance.absolute));
     if !slots.radiosity_error.is_empty() {
         write(simd, zero, error + tiny, slots.radiosity_error, first);
     }
     if GRADIENT {
-        let gradient = found.gradient * scale.gradient;
+        let gradient = visible.gradient * scale.gradient;
         let [x, y, z] = &mut slots.gradient;
         write(simd, zero, gradient.x, x, first);
         write(simd, zero, gradient.y, y, first);
         write(simd, zero, gradient.z, z, first);
         good = good & (gradient.x.abs() + gradient.y.abs() + gradient.z.abs()).at_most(largest);
-        let allowed = constant(simd, tolerance.gradient * tolerance.gradient) * found.gradient.norm_squared();
-        good = good & found.bound.gradient_square.at_most(allowed);
+        let allowed = constant(simd, tolerance.gradient * tolerance.gradient) * visible.gradient.norm_squared();
+        good = good & visible.bound.gradient_square.at_most(allowed);
         if !slots.gradient_error.is_empty() {
-            write(simd, zero, found.bound.gradient_square.sqrt() * scale.gradient.abs() + tiny, slots.gradient_error, first);
+            write(simd, zero, visible.bound.gradient_square.sqrt() * scale.gradient.abs() + tiny, slots.gradient_error, first);
         }
     }
     settled.zero |= placed(zero.bits(), first);
     settled.good |= placed((good & !zero).bits(), first);
-    settled.clipped |= placed(found.clipped.bits(), first);
+    settled.clipped |= placed(visible.clipped.bits(), first);
 }
 
 /// A vector's bits at the entries from `first` on: in one half of them but for a last vector that goes over entries again.

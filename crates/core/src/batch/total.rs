@@ -178,15 +178,15 @@ impl TreeWalk<'_> {
     /// Answers the receivers from `start` on. Far fields come last, each for all receivers in turn: they are the most to read.
     pub(super) fn tile(&self, start: usize, slots: Slots<'_, f64>) -> Result<Tally, Error> {
         let (mut room, mut tally) = (Room::new(), Tally::default());
-        let mut seen = Vec::with_capacity(slots.radiosity.len());
+        let mut receivers = Vec::with_capacity(slots.radiosity.len());
         for i in 0..slots.radiosity.len() {
             let in_batch = |error| Error::InBatch { index: start + i, error: Box::new(error) };
             let receiver = self.receivers.receiver(start + i).map_err(in_batch)?;
             let sum = self.decide(&receiver, i, &mut room, &mut tally).map_err(in_batch)?;
-            seen.push((receiver, sum));
+            receivers.push((receiver, sum));
         }
-        let lanes = self.far(&seen, &mut room.pairs);
-        for (i, ((receiver, mut sum), lanes)) in seen.into_iter().zip(lanes).enumerate() {
+        let lanes = self.far(&receivers, &mut room.pairs);
+        for (i, ((receiver, mut sum), lanes)) in receivers.into_iter().zip(lanes).enumerate() {
             let in_batch = |error| Error::InBatch { index: start + i, error: Box::new(error) };
             let [value, size] = lanes.sums.map(|lanes| -lanes.iter().sum::<f64>());
             sum.add(value, (lanes.blocks + 64) as f64 * ROUNDOFF * size.abs());
@@ -232,8 +232,8 @@ impl TreeWalk<'_> {
                 tally.below += node.count as u64;
             } else if sight.behind {
                 tally.behind += node.count as u64;
-            } else if sight.most <= share {
-                room.weak.push(Decided { place, index, bound: sight.most });
+            } else if sight.largest_value <= share {
+                room.weak.push(Decided { place, index, bound: sight.largest_value });
             } else if sight.whole
                 && let Some(far) = node.far_field(&grove.lamps)
                 && let bound = far.error(&node.cluster, &sight)
@@ -289,15 +289,15 @@ impl TreeWalk<'_> {
     }
 
     /// The far fields' sums for each receiver.
-    fn far(&self, seen: &[(Receiver, Sum)], pairs: &mut [((usize, usize), usize)]) -> Vec<FarSum> {
+    fn far(&self, receivers: &[(Receiver, Sum)], pairs: &mut [((usize, usize), usize)]) -> Vec<FarSum> {
         pairs.sort_unstable();
-        let mut sums = vec![FarSum { sums: [[0.0; MOST_LANES]; 2], blocks: 0 }; seen.len()];
+        let mut sums = vec![FarSum { sums: [[0.0; MOST_LANES]; 2], blocks: 0 }; receivers.len()];
         for &mut ((place, index), entry) in pairs {
             let Grove { lamps, nodes } = &self.tree.groups[place];
             let node = &nodes[index];
             let Some(far) = node.far_field(lamps) else { continue };
             let far = far.nodes(&node.cluster, lamps, node.first..node.first + node.count, self.level);
-            let receiver = &seen[entry].0;
+            let receiver = &receivers[entry].0;
             let (x, n1) = ((receiver.position() * self.tree.power).to_array(), receiver.normal().to_array());
             sums[entry].blocks += far.place[0].len() / MOST_LANES;
             let sums = &mut sums[entry].sums;
@@ -335,8 +335,8 @@ struct FarSum {
 #[cfg(test)]
 pub(super) fn far_value(level: Level, nodes: &Nodes, receiver: &Receiver) -> f64 {
     let mut sums = [[0.0; MOST_LANES]; 2];
-    let seen = (receiver.position().to_array(), receiver.normal().to_array());
-    on_instruction_set!(level, simd => far_sum(simd, nodes, seen, &mut sums));
+    let position_and_normal = (receiver.position().to_array(), receiver.normal().to_array());
+    on_instruction_set!(level, simd => far_sum(simd, nodes, position_and_normal, &mut sums));
     -sums[0].iter().sum::<f64>()
 }
 

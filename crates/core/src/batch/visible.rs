@@ -32,13 +32,13 @@ pub(super) trait BoundarySums<S: Simd, F: Lane> {
     /// Value and gradient are their sums times this.
     const FACTOR: f64;
 
-    /// Adds the visible pieces of edges, one after the other; the slow operations are done for all of them side by side, and what
-    /// needs no angle while others wait for one.
+    /// Adds the visible pieces of edges, one after the other; the slow operations are done for all of them side by side, and terms
+    /// without an angle while others wait for one.
     #[inline(always)]
     fn add<const GRADIENT: bool, const N: usize>(&mut self, simd: S, n1: Vec3<Lanes<S, F>>, spans: &[Span<S, F>; N]) {
         let (mut across, mut inline) = ([constant(simd, 0.0); N], [constant(simd, 0.0); N]);
         for (k, Span { start, end, part, moment, .. }) in spans.iter().enumerate() {
-            (across[k], inline[k]) = (part.of(*moment), start.r.dot(end.r));
+            (across[k], inline[k]) = (part.clip(*moment), start.r.dot(end.r));
         }
         let quotients = Quotients::new(simd, across, inline);
         let mut terms = [EdgeTerms::none(simd); N];
@@ -62,7 +62,7 @@ pub(super) trait BoundarySums<S: Simd, F: Lane> {
     );
 
     /// Adds the horizon's arc, where the boundary leaves the upper half-space at `exit` and comes back at `entry`.
-    fn close(&mut self, simd: S, n1: Vec3<Lanes<S, F>>, left: Mask<S, F>, exit: Vec3<Lanes<S, F>>, entry: Vec3<Lanes<S, F>>);
+    fn close(&mut self, simd: S, n1: Vec3<Lanes<S, F>>, has_left: Mask<S, F>, exit: Vec3<Lanes<S, F>>, entry: Vec3<Lanes<S, F>>);
 
     /// The sums' value and gradient, their bounds, tight where they are asked for, and where those hold.
     fn total<const GRADIENT: bool>(self, simd: S, extent: &SeenExtent<S, F>) -> (BoundedTotal<S, F>, Mask<S, F>);
@@ -85,7 +85,7 @@ pub(super) struct SeenExtent<S: Simd, F: Lane> {
 }
 
 /// The sums that lanes found, without the factor of emission and reflectance.
-pub(super) struct Found<S: Simd, F: Lane> {
+pub(super) struct VisibleSums<S: Simd, F: Lane> {
     /// Where nothing is seen, for sure.
     pub(super) zero: Mask<S, F>,
     /// Where something is seen, and the sums hold within the bounds.
@@ -104,19 +104,19 @@ pub(super) struct Found<S: Simd, F: Lane> {
 pub(super) fn find<S: Simd, F: Lane, O: Outline<S, F>, B: BoundarySums<S, F>, const GRADIENT: bool>(
     simd: S,
     outline: &O,
-    ((x, n1), known): (Placed<S, F>, Mask<S, F>),
+    ((x, n1), has_digits): (Placed<S, F>, Mask<S, F>),
     tight: bool,
     sums: B,
-) -> Found<S, F> {
+) -> VisibleSums<S, F> {
     let first = corner(simd, outline, 0, (x, n1));
-    let extent = Extent::of(first);
+    let extent = Extent::of_corner(first);
     // Of a triangle all corners are at hand for its edges.
     if outline.count() == 3 {
         let corners = [first, corner(simd, outline, 1, (x, n1)), corner(simd, outline, 2, (x, n1))];
         return decide::<S, F, O, B, GRADIENT>(
             simd,
             outline,
-            ((x, n1), known),
+            ((x, n1), has_digits),
             (first, extent.and(corners[1]).and(corners[2])),
             (tight, sums),
             #[inline(always)]
@@ -127,7 +127,7 @@ pub(super) fn find<S: Simd, F: Lane, O: Outline<S, F>, B: BoundarySums<S, F>, co
     decide::<S, F, O, B, GRADIENT>(
         simd,
         outline,
-        ((x, n1), known),
+        ((x, n1), has_digits),
         (first, extent),
         (tight, sums),
         #[inline(always)]
@@ -140,53 +140,53 @@ pub(super) fn find<S: Simd, F: Lane, O: Outline<S, F>, B: BoundarySums<S, F>, co
 fn decide<S: Simd, F: Lane, O: Outline<S, F>, B: BoundarySums<S, F>, const GRADIENT: bool>(
     simd: S,
     outline: &O,
-    ((x, n1), known): (Placed<S, F>, Mask<S, F>),
+    ((x, n1), has_digits): (Placed<S, F>, Mask<S, F>),
     (first, Extent { lowest, highest, farthest_square }): (SeenCorner<S, F>, Extent<S, F>),
     (tight, mut sums): (bool, B),
     seen_whole: impl FnOnce(&mut B),
-) -> Found<S, F> {
+) -> VisibleSums<S, F> {
     let zero = constant(simd, 0.0);
-    let in_range = known & farthest_square.at_most(constant(simd, F::FARTHEST * F::FARTHEST));
+    let in_range = has_digits & farthest_square.at_most(constant(simd, F::FARTHEST * F::FARTHEST));
     // Squares of the heights with their signs, against the squares of the least heights whose sign is sure.
     let signed = |height: Lanes<S, F>| height * height.abs();
     let sure = farthest_square * constant(simd, (16.0 * F::ROUNDOFF) * (16.0 * F::ROUNDOFF));
     let sure_side = farthest_square * outline.height_share(simd);
     // An exact depth has a sign though its square underflows, or is 0.
-    let depth = outline.normal(simd).dot(first.seen.r);
+    let depth = outline.normal(simd).dot(first.point.r);
     let (is_sure, ahead) = (sure_side.at_most(depth * depth), depth.below(zero));
     let (behind, in_front) = (is_sure & !ahead, is_sure & ahead);
     let (above, below) = (sure.below(signed(lowest)), signed(highest).below(-sure));
     let nothing = in_range & (behind | below);
-    let seen = in_range & in_front & sure.below(signed(highest));
+    let is_visible = in_range & in_front & sure.below(signed(highest));
     let none = LaneBound { value: zero, gradient_square: zero };
-    let mut found = Found {
+    let mut visible = VisibleSums {
         zero: nothing,
-        good: seen & above,
-        clipped: seen & !above,
+        good: is_visible & above,
+        clipped: is_visible & !above,
         value: zero,
         gradient: Vec3::new(zero, zero, zero),
         bound: none,
     };
-    if !seen.any() {
-        return found;
+    if !is_visible.any() {
+        return visible;
     }
     let edges = outline.count() as f64;
-    let crossing = if found.clipped.any() {
+    let crossing = if visible.clipped.any() {
         let (crossing, once) = clipped::<S, F, O, B, GRADIENT>(simd, outline, x, n1, sure, &mut sums);
-        found.good = found.good | (found.clipped & once);
-        Some((crossing, found.clipped))
+        visible.good = visible.good | (visible.clipped & once);
+        Some((crossing, visible.clipped))
     } else {
         seen_whole(&mut sums);
         None
     };
     let ((value, gradient, bound), holds) = sums.total::<GRADIENT>(simd, &SeenExtent { edges, tight, farthest_square, crossing });
-    Found { good: found.good & holds, value, gradient, bound, ..found }
+    VisibleSums { good: visible.good & holds, value, gradient, bound, ..visible }
 }
 
 #[inline(always)]
 fn corner<S: Simd, F: Lane, O: Outline<S, F>>(simd: S, outline: &O, index: usize, (x, n1): Placed<S, F>) -> SeenCorner<S, F> {
-    let seen = SeenPoint::new(outline.vertex(simd, index) - x);
-    SeenCorner { seen, height: n1.dot(seen.r) }
+    let point = SeenPoint::new(outline.vertex(simd, index) - x);
+    SeenCorner { point, height: n1.dot(point.r) }
 }
 
 /// A whole edge between two corners.
@@ -198,12 +198,12 @@ fn edge<S: Simd, F: Lane, O: Outline<S, F>>(
     from: SeenCorner<S, F>,
     to: SeenCorner<S, F>,
 ) -> Span<S, F> {
-    Span::whole(outline.edge(simd, index), (from.seen, from.height), to.seen)
+    Span::whole(outline.edge(simd, index), (from.point, from.height), to.point)
 }
 
 /// A vertex seen from x, and its height over the horizon.
 struct SeenCorner<S: Simd, F: Lane> {
-    seen: SeenPoint<S, F>,
+    point: SeenPoint<S, F>,
     height: Lanes<S, F>,
 }
 
@@ -225,16 +225,16 @@ struct Extent<S: Simd, F: Lane> {
 
 impl<S: Simd, F: Lane> Extent<S, F> {
     #[inline(always)]
-    fn of(corner: SeenCorner<S, F>) -> Self {
-        Self { lowest: corner.height, highest: corner.height, farthest_square: corner.seen.square }
+    fn of_corner(corner: SeenCorner<S, F>) -> Self {
+        Self { lowest: corner.height, highest: corner.height, farthest_square: corner.point.square }
     }
 
     #[inline(always)]
-    fn and(self, SeenCorner { seen, height }: SeenCorner<S, F>) -> Self {
+    fn and(self, SeenCorner { point, height }: SeenCorner<S, F>) -> Self {
         Self {
             lowest: self.lowest.min(height),
             highest: self.highest.max(height),
-            farthest_square: self.farthest_square.max(seen.square),
+            farthest_square: self.farthest_square.max(point.square),
         }
     }
 }
@@ -303,21 +303,21 @@ fn clipped<S: Simd, F: Lane, O: Outline<S, F>, B: BoundarySums<S, F>, const GRAD
     let (mut exit, mut entry) = ((origin, zero), (origin, zero));
     let mut from = corner(simd, outline, 0, (x, n1));
     let mut before = level(simd, from.height, sure);
-    let mut left = zero.below(zero);
-    let mut twice = left;
+    let mut has_left = zero.below(zero);
+    let mut twice = has_left;
     for index in 0..outline.count() {
         let to = corner(simd, outline, after(outline, index), (x, n1));
         let after = level(simd, to.height, sure);
         let edge = outline.edge(simd, index);
         let (starts, ends) = (zero.below(before), zero.below(after));
         let (leaves, comes) = (starts & !ends, ends & !starts);
-        twice = twice | (leaves & left);
-        left = left | leaves;
+        twice = twice | (leaves & has_left);
+        has_left = has_left | leaves;
         let crosses = leaves | comes;
         // From the end that is above.
         let inverse_drop = one / crosses.select((before - after).abs(), one);
         let fraction = crosses.select(starts.select(before, after) * inverse_drop, one);
-        let point = SeenPoint::new(starts.select_vector(from.seen.r, to.seen.r) + edge.e * starts.select(fraction, -fraction));
+        let point = SeenPoint::new(starts.select_vector(from.point.r, to.point.r) + edge.e * starts.select(fraction, -fraction));
         let slant = edge.square * (inverse_drop * inverse_drop);
         exit = (leaves.select_vector(point.r, exit.0), leaves.select(slant, exit.1));
         entry = (comes.select_vector(point.r, entry.0), comes.select(slant, entry.1));
@@ -325,14 +325,14 @@ fn clipped<S: Simd, F: Lane, O: Outline<S, F>, B: BoundarySums<S, F>, const GRAD
         let (any, flat) =
             (starts | ends, before.at_most(zero) & zero.at_most(before) & after.at_most(zero) & zero.at_most(after));
         let part = EdgePart::Clipped { fraction, any, bounds: any | flat };
-        let ends = (point.or(comes, &from.seen), point.or(leaves, &to.seen));
-        sums.add::<GRADIENT, 1>(simd, n1, &[Span::piece(edge, (from.seen.r, from.height), ends, part)]);
+        let ends = (point.or(comes, &from.point), point.or(leaves, &to.point));
+        sums.add::<GRADIENT, 1>(simd, n1, &[Span::piece(edge, (from.point.r, from.height), ends, part)]);
         (from, before) = (to, after);
     }
-    sums.close(simd, n1, left, exit.0, entry.0);
+    sums.close(simd, n1, has_left, exit.0, entry.0);
     let mut crossing = Crossing { nearest: zero, slant: zero };
     for (point, slant) in [exit, entry] {
-        let nearest = left.select(one / point.norm_squared(), zero);
+        let nearest = has_left.select(one / point.norm_squared(), zero);
         crossing.nearest = crossing.nearest.max(nearest);
         crossing.slant = crossing.slant.max(nearest * slant);
     }

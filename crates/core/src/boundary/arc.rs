@@ -160,7 +160,7 @@ mod tests {
             normal: Vec3::new(0.0, 0.0, 1.0),
             distance: 1.0,
         };
-        let direction = |psi: f64| Sighted::at(Vec3::new(libm::cos(psi), libm::sin(psi), 0.0) * 3.0);
+        let direction = |psi: f64| Sighted::new(Vec3::new(libm::cos(psi), libm::sin(psi), 0.0) * 3.0);
         for (from, to) in [(-1.5, 1.5), (-0.2, 0.1), (0.3, 1.2), (-1.1, 1.0), (1.0, 1.0 + 1e-9)] {
             let arc = Arc::between(direction(from), direction(to), Generator::Horizon(frame.normal));
             let m = arc.moments(&frame);

@@ -55,7 +55,7 @@ impl Case<'_> {
         let offsets = self.emitter.polygon().vertices().iter().chain(occluders).map(|&vertex| vertex - x);
         let lengths = offsets.chain(edges).map(|length| length * self.plan.power);
         let is_of_one_scale = |v: DVec3| v.to_array().into_iter().all(|c| c == 0.0 || c.abs() >= LEAST);
-        // What is 0 only when scaled was lost.
+        // A component that is 0 only when scaled has underflowed.
         let (given, direction) = (self.receiver.given_normal(), self.receiver.direction());
         given.cmpeq(DVec3::ZERO) == direction.cmpeq(DVec3::ZERO)
             && lengths.chain([direction, self.emitter.polygon().normal()]).all(is_of_one_scale)

@@ -60,40 +60,40 @@ impl EdgeName {
 mod tests {
     use super::*;
 
-    const fn at(x: f64, y: f64, z: f64) -> DVec3 {
+    const fn point(x: f64, y: f64, z: f64) -> DVec3 {
         DVec3::new(x, y, z)
     }
 
     #[test]
     fn a_name_has_no_direction_and_no_sign_of_zero() {
-        let (a, b) = (at(0.0, 1.0, 2.0), at(-0.0, 3.0, 1.0));
-        assert_eq!(EdgeName::new(a, b), EdgeName::new(b, at(-0.0, 1.0, 2.0)));
+        let (a, b) = (point(0.0, 1.0, 2.0), point(-0.0, 3.0, 1.0));
+        assert_eq!(EdgeName::new(a, b), EdgeName::new(b, point(-0.0, 1.0, 2.0)));
     }
 
     #[test]
     fn the_end_that_edges_share_is_found_whichever_it_is() {
-        let [a, b, c] = [at(0.0, 1.0, 2.0), at(-1.0, 3.0, 1.0), at(4.0, 0.5, 0.0)];
+        let [a, b, c] = [point(0.0, 1.0, 2.0), point(-1.0, 3.0, 1.0), point(4.0, 0.5, 0.0)];
         for (p, q) in [(EdgeName::new(a, b), EdgeName::new(b, c)), (EdgeName::new(b, a), EdgeName::new(c, b))] {
             assert_eq!((p.shared_end(q), q.shared_end(p)), (Some(b), Some(b)));
         }
-        assert_eq!(EdgeName::new(a, b).shared_end(EdgeName::new(c, at(0.0, 1.0, 2f64.next_up()))), None);
+        assert_eq!(EdgeName::new(a, b).shared_end(EdgeName::new(c, point(0.0, 1.0, 2f64.next_up()))), None);
     }
 
     #[test]
     fn edges_are_on_one_line_to_the_last_bit_or_not_at_all() {
-        let edge = EdgeName::new(at(0.0, -1.0, 2.0), at(0.0, 1.0, 2.0));
-        let part = |step: f64| EdgeName::new(at(0.0, -1.0, 2.0), at(step, 0.3, 2.0));
+        let edge = EdgeName::new(point(0.0, -1.0, 2.0), point(0.0, 1.0, 2.0));
+        let part = |step: f64| EdgeName::new(point(0.0, -1.0, 2.0), point(step, 0.3, 2.0));
         assert!(edge.is_on_the_line_of(part(0.0)) && part(0.0).is_on_the_line_of(edge));
         assert!(!edge.is_on_the_line_of(part(f64::EPSILON)) && !edge.is_on_the_line_of(part(2f64.powi(-440))));
-        assert!(!edge.is_on_the_line_of(EdgeName::new(at(0.125, -1.0, 2.0), at(0.125, 1.0, 2.0))), "beside it");
-        assert!(edge.is_on_the_line_of(EdgeName::new(at(0.0, -1e-300, 2.0), at(0.0, 0.3, 2.0))));
-        assert!(!edge.is_on_the_line_of(EdgeName::new(at(1e-300, 0.0, 2.0), at(0.0, 0.3, 2.0))));
-        assert!(edge.is_in_line_with(at(0.0, 7.0, 2.0)) && !edge.is_in_line_with(at(0.0, 0.5, 2f64.next_up())));
+        assert!(!edge.is_on_the_line_of(EdgeName::new(point(0.125, -1.0, 2.0), point(0.125, 1.0, 2.0))), "beside it");
+        assert!(edge.is_on_the_line_of(EdgeName::new(point(0.0, -1e-300, 2.0), point(0.0, 0.3, 2.0))));
+        assert!(!edge.is_on_the_line_of(EdgeName::new(point(1e-300, 0.0, 2.0), point(0.0, 0.3, 2.0))));
+        assert!(edge.is_in_line_with(point(0.0, 7.0, 2.0)) && !edge.is_in_line_with(point(0.0, 0.5, 2f64.next_up())));
     }
 
     #[test]
     fn scale_changes_nothing() {
-        let (a, b) = (at(1.0, 2.0, 3.0), at(-1.0, 0.5, 2.0));
+        let (a, b) = (point(1.0, 2.0, 3.0), point(-1.0, 0.5, 2.0));
         let (c, d) = (a + (b - a) * 0.5, a + (b - a) * 4.0);
         for power in [2f64.powi(-900), 1.0, 2f64.powi(900)] {
             let edge = |a: DVec3, b: DVec3| EdgeName::new(a * power, b * power);

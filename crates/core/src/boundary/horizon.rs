@@ -17,7 +17,7 @@ use crate::problem::receiver::{Receiver, unit_normal};
 /// Those of a polygon with five vertices need no memory of their own.
 type Arcs<T> = SmallVec<[Arc<T>; 6]>;
 
-/// Calls `visit` with each arc of the boundary. Those past a horizon are found first, so that what finds them is compiled once.
+/// Calls `visit` with each arc of the boundary. Those past a horizon are computed first, so that their code is compiled once.
 #[inline]
 pub(crate) fn visit_boundary<T: Real>(receiver: &Receiver, polygon: &Polygon, plan: &Plan, visit: impl FnMut(&Arc<T>)) {
     match plan.horizon {
@@ -44,7 +44,7 @@ fn clipped<T: Real>(receiver: &Receiver, polygon: &Polygon, power: f64) -> Arcs<
     let horizon = Generator::Horizon(-unit_normal::<T>(receiver));
     let mut arcs = Arcs::new();
     // The last point where the boundary left, and the first where it came back, if that was before any left.
-    let (mut left, mut first_entry): (Option<Sighted<T>>, Option<Sighted<T>>) = (None, None);
+    let (mut exit, mut first_entry): (Option<Sighted<T>>, Option<Sighted<T>>) = (None, None);
     // Arcs of the horizon come one gap late: the only one of a convex polygon after all its edges.
     let mut gap: Option<Arc<T>> = None;
     let mut from = vertices[vertices.len() - 1];
@@ -60,14 +60,14 @@ fn clipped<T: Real>(receiver: &Receiver, polygon: &Polygon, power: f64) -> Arcs<
                 arcs.push(Arc::of_edge(start, end, T::exact(1.0), line));
             } else if starts_above {
                 let fraction = before / (before - after);
-                let crossing = Sighted::at(start.point + line.e * fraction);
+                let crossing = Sighted::new(start.point + line.e * fraction);
                 arcs.push(Arc::of_edge(start, crossing, fraction, line));
-                left = Some(crossing);
+                exit = Some(crossing);
             } else {
                 let fraction = after / (after - before);
-                let crossing = Sighted::at(end.point - line.e * fraction);
+                let crossing = Sighted::new(end.point - line.e * fraction);
                 arcs.push(Arc::of_edge(crossing, end, fraction, line));
-                match left {
+                match exit {
                     Some(exit) => arcs.extend(gap.replace(Arc::between(exit, crossing, horizon))),
                     None => first_entry = Some(crossing),
                 }
@@ -76,7 +76,7 @@ fn clipped<T: Real>(receiver: &Receiver, polygon: &Polygon, power: f64) -> Arcs<
         (from, start, before) = (to, end, after);
     }
     arcs.extend(gap);
-    if let (Some(exit), Some(entry)) = (left, first_entry) {
+    if let (Some(exit), Some(entry)) = (exit, first_entry) {
         arcs.push(Arc::between(exit, entry, horizon));
     }
     arcs

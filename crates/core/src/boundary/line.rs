@@ -54,7 +54,7 @@ pub(crate) struct Frame<T> {
 
 impl<T: Arithmetic> Sighted<T> {
     #[inline(always)]
-    pub(crate) fn at(point: Vec3<T>) -> Self {
+    pub(crate) fn new(point: Vec3<T>) -> Self {
         let square = point.norm_squared();
         Self { point, square, inverse: square.like(1.0) / square.sqrt() }
     }
@@ -72,7 +72,7 @@ impl<T: Real> Sighted<T> {
     /// A point of the scene seen from `x`.
     #[inline]
     pub(crate) fn from(point: DVec3, x: DVec3, power: f64) -> Self {
-        Self::at(offset(point, x, power))
+        Self::new(offset(point, x, power))
     }
 }
 

@@ -126,7 +126,7 @@ pub(crate) enum Side {
 }
 
 impl Side {
-    fn of(height: f64) -> Self {
+    fn of_height(height: f64) -> Self {
         if height > 0.0 {
             Self::Front
         } else if height < 0.0 {
@@ -156,11 +156,11 @@ pub(crate) fn sure_side(point: DVec3, polygon: &Polygon, power: f64, least: f64)
     let reach = r.x.abs() + r.y.abs() + r.z.abs();
     // Three products and two sums of rounded factors: 6 roundings of at most the reach. Nearer than that products underflow.
     if polygon.is_well_known() && reach >= WITHOUT_UNDERFLOW.start && height.abs() > 16.0 * ROUNDOFF * reach + least {
-        return Some(Side::of(height));
+        return Some(Side::of_height(height));
     }
     let (height, error) = precise_height(point, polygon, power);
     // The least height errs by a rounding.
-    (height.hi.abs() > (error + least) * (1.0 + 4.0 * f64::EPSILON)).then(|| Side::of(height.hi))
+    (height.hi.abs() > (error + least) * (1.0 + 4.0 * f64::EPSILON)).then(|| Side::of_height(height.hi))
 }
 
 /// Height of a point over the polygon's plane, normalised, and a bound on its error.
@@ -184,7 +184,7 @@ pub(crate) fn height_over_plane<T: Real>(point: DVec3, polygon: &Polygon, power:
 /// The sign of a 4 x 4 determinant, by adaptive exact arithmetic.
 fn exact_side(point: DVec3, polygon: &Polygon) -> Side {
     let [a, b, c] = polygon.plane_vertices();
-    Side::of(-orientation([a, b, c, point]))
+    Side::of_height(-orientation([a, b, c, point]))
 }
 
 #[inline]

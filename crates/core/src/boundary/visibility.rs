@@ -46,7 +46,7 @@ use crate::problem::triangulate::{Few, convex_parts};
 pub(crate) type Outline<T> = Vec<(Arc<T>, bool)>;
 
 /// A result, with the uncertainty that the decisions left.
-type WithUncertainty<T, Found> = (Found, Uncertainty<RadiusOf<T>>);
+type WithUncertainty<T, R> = (R, Uncertainty<RadiusOf<T>>);
 
 /// The arcs of the visible boundary and the uncertainty that the decisions left, or `None` where surely nothing is visible.
 pub(crate) fn arcs<T: Real>(
@@ -79,7 +79,7 @@ pub(crate) fn near_by<'a>(receiver: &Receiver, emitter: &Polygon, occluders: &[&
     occluders.iter().filter(may_hide).copied().collect()
 }
 
-/// Of the occluders those that may hide some of the emitter, or leave open what is hidden: no plane through the receiver surely has
+/// Of the occluders those that may hide some of the emitter, or whose shadow is uncertain: no plane through the receiver surely has
 /// the emitter on its other side. No rung needs to look at the others again.
 pub(crate) fn in_between<'a>(receiver: &Receiver, emitter: &Polygon, occluders: &[&'a Polygon], plan: &Plan) -> Vec<&'a Polygon> {
     let x = receiver.position();
@@ -91,13 +91,13 @@ pub(crate) fn in_between<'a>(receiver: &Receiver, emitter: &Polygon, occluders: 
     }
     let lit: Few<BoundingCone> = outlines.iter().map(|outline| BoundingCone::of_polygon(x, outline)).collect();
     let may_hide = |occluder: &&&Polygon| {
-        let seen = side_of(x, occluder, plan.power);
+        let side = side_of(x, occluder, plan.power);
         convex_parts(occluder).iter().any(|part| {
             let mut outline = corners(occluder, part);
-            if seen == Side::InPlane || !is_cone(occluder, &outline) {
+            if side == Side::InPlane || !is_cone(occluder, &outline) {
                 return true;
             }
-            if seen == Side::Back {
+            if side == Side::Back {
                 outline.reverse();
             }
             let cone = BoundingCone::of_polygon(x, &outline);
@@ -178,8 +178,8 @@ fn in_the_way<'a, T>(
     for &occluder in occluders {
         let screen = |indices: Few<usize>| Screen::new(receiver, emitter, occluder, &indices, plan);
         let may_hide = |screen: &Screen<'_>| !whole.iter().all(|part| screen.misses(&part.cone));
-        let found = convex_parts(occluder).into_iter().filter_map(screen).filter(may_hide);
-        screens.extend(found);
+        let screens_between = convex_parts(occluder).into_iter().filter_map(screen).filter(may_hide);
+        screens.extend(screens_between);
     }
     // Doubles that are not negative are in the order of their bits.
     screens.sort_by_cached_key(|screen: &Screen<'_>| Reverse(screen.cone.size().to_bits()));

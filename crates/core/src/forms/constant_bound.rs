@@ -96,7 +96,7 @@ struct Moved {
 impl Moved {
     /// Of a point at one over a distance.
     #[inline(always)]
-    fn at(inverse: f64) -> Self {
+    fn at_inverse_distance(inverse: f64) -> Self {
         Self { xi: ROUNDOFF * (4.1 + 13.9 * inverse), eta: ROUNDOFF * (3.0 + 10.4 * inverse) }
     }
 }
@@ -106,7 +106,7 @@ impl Moved {
 pub(super) fn of_horizon(arc: &Arc<f64>) -> (f64, f64) {
     const U: f64 = ROUNDOFF;
     let (q, p) = (arc.start.inverse, arc.end.inverse);
-    let (first, last) = (Moved::at(q), Moved::at(p));
+    let (first, last) = (Moved::at_inverse_distance(q), Moved::at_inverse_distance(p));
     let g = arc.angle.abs();
     let dg = first.eta + last.eta + 3.5 * U + 9.0 * U * g.min(1.0) + 4.0 * U * g;
     if first.xi.max(last.xi) > MOST_DISPLACED || g + dg * SECOND_ORDER >= std::f64::consts::PI {
@@ -120,7 +120,7 @@ pub(super) fn of_horizon(arc: &Arc<f64>) -> (f64, f64) {
 impl BoundedSum {
     /// The sums over the arcs of a polygon that nothing hides, and the bounds.
     #[inline]
-    pub(crate) fn of(receiver: &Receiver, polygon: &Polygon, plan: &Plan) -> (IrradianceAndGradient<f64>, Self) {
+    pub(crate) fn of_polygon(receiver: &Receiver, polygon: &Polygon, plan: &Plan) -> (IrradianceAndGradient<f64>, Self) {
         edge_lanes::constant::bounded(receiver, polygon, plan).unwrap_or_else(|| Self::one_by_one(receiver, polygon, plan))
     }
 
@@ -188,7 +188,7 @@ impl ArcErrors {
             return;
         };
         // That of a vertex is less.
-        let moved = self.crossing.then(|| Moved::at(arc.start.inverse.max(arc.end.inverse)).eta);
+        let moved = self.crossing.then(|| Moved::at_inverse_distance(arc.start.inverse.max(arc.end.inverse)).eta);
         let of_angle = AngleError::new(g, g.min(1.0), line.relative_error(), moved);
         let ew = of_angle.ew;
         self.angle_errors += of_angle.of_term(self.n1.dot(line.normal).abs());

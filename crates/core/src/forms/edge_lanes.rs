@@ -21,7 +21,7 @@ use glam::DVec3;
 use radgrad_numbers::arc_tangent::is_in_range;
 use radgrad_numbers::double_double::{DoubleDouble, ROUNDOFF_OF_DOUBLE_DOUBLE};
 use radgrad_numbers::in_library;
-use radgrad_numbers::lanes::vectors::{all, chosen, row};
+use radgrad_numbers::lanes::vectors::{chosen, row, splat_vector};
 use radgrad_numbers::number::ROUNDOFF;
 use radgrad_numbers::power::normalising_power;
 use radgrad_numbers::vec3::Vec3;
@@ -33,7 +33,7 @@ use crate::forms::irradiance_and_gradient::IrradianceAndGradient;
 use crate::problem::polygon::{FourEdges, Polygon};
 use crate::problem::receiver::Receiver;
 
-/// The best instruction set of this machine. It stands where it is used: what is static in another crate is found through a table, at
+/// The best instruction set of this machine. It stands where it is used: a static of another crate is read through a table, at
 /// three instructions an answer.
 pub(crate) static INSTRUCTION_SET: LazyLock<Level> = LazyLock::new(Level::new);
 
@@ -68,7 +68,7 @@ pub(crate) fn plan_far_out(receiver: &Receiver, polygon: &Polygon) -> Option<Pla
 #[inline(always)]
 fn plan_in<S: Simd>(simd: S, receiver: &Receiver, polygon: &Polygon, power: f64) -> Option<Plan> {
     let position = receiver.position();
-    let (x, n1) = (all(simd, position), all(simd, receiver.direction()));
+    let (x, n1) = (splat_vector(simd, position), splat_vector(simd, receiver.direction()));
     let (mut farthest, mut lowest) = (f64x4::splat(simd, 0.0), f64x4::splat(simd, f64::INFINITY));
     let fours = polygon.four_edges();
     for four in fours {
@@ -133,12 +133,12 @@ impl<S: Simd> EdgeLanes<S> {
         closed: bool,
     ) -> Option<Self> {
         let (from, to) = (four.starts(simd), four.ends(simd));
-        let (start, e) = (Sighted::at((from - x) * power), (to - from) * power);
+        let (start, e) = (Sighted::new((from - x) * power), (to - from) * power);
         let end = if closed {
             let Sighted { point: Vec3 { x, y, z }, square, inverse } = start;
             Sighted { point: Vec3::new(next(x), next(y), next(z)), square: next(square), inverse: next(inverse) }
         } else {
-            Sighted::at((to - x) * power)
+            Sighted::new((to - x) * power)
         };
         let edge_square = e.norm_squared();
         let (mut w, mut reach) = (start.point.cross(e), start.square);
@@ -161,9 +161,9 @@ impl<S: Simd> EdgeLanes<S> {
 
     /// A function of the two ends.
     #[inline(always)]
-    pub(crate) fn at_ends(&self, of: impl Fn(&Sighted<f64x4<S>>) -> f64x4<S>) -> [f64x4<S>; 2] {
-        let start = of(&self.arc.start);
-        [start, if self.closed { next(start) } else { of(&self.arc.end) }]
+    pub(crate) fn at_ends(&self, function: impl Fn(&Sighted<f64x4<S>>) -> f64x4<S>) -> [f64x4<S>; 2] {
+        let start = function(&self.arc.start);
+        [start, if self.closed { next(start) } else { function(&self.arc.end) }]
     }
 
     /// As [`Line::relative_error`], in units of roundoff: edges that lanes take pass at an eighth of the distance at least.

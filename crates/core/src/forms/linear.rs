@@ -175,22 +175,22 @@ impl<T: Real> LinearSum<T> {
 
     /// `toward . V / S` on the generating line.
     fn weight(&self, arc: &Arc<T>, frame: &Frame<T>, logarithms: [T; 2]) -> T {
-        let seen = &self.seen;
+        let case = &self.seen;
         let generating = match &arc.generator {
             Generator::Horizon(_) => return T::exact(0.0),
             Generator::Emitter(_) if arc.is_within_a_quarter_turn() => {
                 let (start, end) = (&arc.start, &arc.end);
-                let emission = [seen.emission(start), seen.emission(end)];
-                return arc.within_a_quarter_turn(emission, [seen.cosine(start), seen.cosine(end)]);
+                let emission = [case.emission(start), case.emission(end)];
+                return arc.within_a_quarter_turn(emission, [case.cosine(start), case.cosine(end)]);
             }
-            Generator::Emitter(_) => return seen.toward(frame, &arc.moments(frame)) / frame.distance,
+            Generator::Emitter(_) => return case.toward(frame, &arc.moments(frame)) / frame.distance,
             Generator::Occluder(line) => line.frame(),
         };
         let m = arc.moments(frame);
-        let InFrame { p1, p2, g1, g2, mixed } = seen.in_frame(frame);
+        let InFrame { p1, p2, g1, g2, mixed } = case.in_frame(frame);
         let tangent = (logarithms[1] - logarithms[0]) - m.cs;
-        let along = seen.beta * (m.cs * p1 + m.ss * p2) + frame.distance * (g1 * p1 * m.cs + mixed * m.ss + g2 * p2 * tangent);
-        let toward = seen.toward(frame, &m);
+        let along = case.beta * (m.cs * p1 + m.ss * p2) + frame.distance * (g1 * p1 * m.cs + mixed * m.ss + g2 * p2 * tangent);
+        let toward = case.toward(frame, &m);
         let weight = generating.toward.dot(frame.toward) * toward + generating.toward.dot(frame.along) * along;
         weight / generating.distance
     }

@@ -65,7 +65,7 @@
 //! They err by [`DERIVATIVE_ERROR`] and, as the angles err by 4u of themselves, by less than `16u phi cot(phi - psi)`. Where that
 //! is much, next to the plane, and next to s = 0, the errors are taken apart.
 //!
-//! What remains apart are the roundings of phi and psi, 4u relative, and past a right angle 9u and `pi/2` times 5.5u
+//! The roundings of phi and psi remain apart, 4u relative, and past a right angle 9u and `pi/2` times 5.5u
 //! ([`PAST_ROUNDED`]).
 //!
 //! # Contour and edges
@@ -117,7 +117,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x4, f64x8, mask64x4};
 use radgrad_numbers::double_double::ROUNDOFF_OF_DOUBLE_DOUBLE;
 use radgrad_numbers::double_double_on_lanes::ROUNDOFF_ON_LANES;
-use radgrad_numbers::lanes::vectors::{all, plus_first};
+use radgrad_numbers::lanes::vectors::{plus_first, splat_vector};
 use radgrad_numbers::number::ROUNDOFF;
 use radgrad_numbers::vec3::Vec3;
 
@@ -148,7 +148,7 @@ pub const CHI_TERM: f64 = 14.0;
 /// See [`CHI_TERM`].
 pub const PSI_TERM: f64 = 6.0;
 
-/// Relative errors that are small beside the rounding of doubles: of what is rounded to them.
+/// Relative errors that are small beside the rounding of doubles, of numbers that are rounded to doubles.
 const NEGLIGIBLE: f64 = ROUNDOFF / 2048.0;
 
 /// Largest relative error of the height with which anything is bounded.
@@ -258,7 +258,7 @@ impl Errors {
         if !(if WIDE { plain } else { plain & narrow }).all_true() {
             return None;
         }
-        let (n1, gradient) = (all(simd, sum.seen.n1.into()), all(simd, sum.seen.gradient.into()));
+        let (n1, gradient) = (splat_vector(simd, sum.seen.n1.into()), splat_vector(simd, sum.seen.gradient.into()));
         let (g, ew) = (arc.angle, four.relative_error());
         let least = g.min(f64x4::splat(simd, 1.0));
         let (visible, moved) = match cut {
@@ -432,18 +432,18 @@ impl Errors {
     #[inline(always)]
     pub(crate) fn bound(&self, sum: &LinearSum<f64>, terms: &IrradianceAndGradient<f64>) -> LinearBound {
         let Self { steepness, .. } = *self;
-        let seen = &sum.seen;
+        let case = &sum.seen;
         let (phi, q) = sum.phi_and_q();
         let (size, facing, slope, across) =
-            (phi.norm(), phi.dot(seen.n1).abs(), seen.gradient.dot(phi).abs(), q.dot(seen.n1).abs());
+            (phi.norm(), phi.dot(case.n1).abs(), case.gradient.dot(phi).abs(), q.dot(case.n1).abs());
         let of_phi = 0.5 * self.first.x + 5.0 * size;
         let of_slope = 0.5 * self.first.y + 5.0 * steepness * size;
         let partial = 0.5 * (steepness * sum.x1.abs() + self.second.z) + slope;
-        let of_x1 = seen.gradient.dot(seen.n1).abs() * self.first.z;
-        let of_q = 0.5 * (of_x1 + self.second.x) + seen.n1.dot(seen.n2).abs() * of_slope + 9.0 * partial;
-        let (beta, height) = (seen.beta.abs(), seen.height);
+        let of_x1 = case.gradient.dot(case.n1).abs() * self.first.z;
+        let of_q = 0.5 * (of_x1 + self.second.x) + case.n1.dot(case.n2).abs() * of_slope + 9.0 * partial;
+        let (beta, height) = (case.beta.abs(), case.height);
         let radiosity = beta * of_phi + facing * self.beta + height * of_q + self.height * across;
-        let products = 4.0 * (beta * size + height * partial) + 3.0 * terms.irradiance.dot(seen.n1).abs();
+        let products = 4.0 * (beta * size + height * partial) + 3.0 * terms.irradiance.dot(case.n1).abs();
         let in_plane = steepness * of_phi;
         let gradient = (in_plane * in_plane + of_q * of_q).sqrt() + self.second.y;
         let sums = 5.0 * (steepness * facing + across) + 4.0 * terms.gradient.norm();
@@ -485,14 +485,14 @@ fn of_x1_end<T: radgrad_numbers::arithmetic::Doubles>(
     inverse_height: T,
     [of_phi, of_psi, of_logarithm, past]: [T; 4],
 ) -> T {
-    let X1End { phi, psi, beyond, .. } = *end;
+    let X1End { phi, psi, is_obtuse, .. } = *end;
     let [s, _, distance] = distances;
     let (zero, four, product) = (s.like(0.0), s.like(4.0), phi * psi);
     let (by_phi, by_psi) = (logarithm + product.min(s.like(1.0)), product.min(s.like(0.5)));
     let ([along_phi, along_psi], half_cotangent) = derivatives(end, logarithm, distances, inverse_height);
     let together =
-        along_phi * of_phi + along_psi * of_psi + by_psi * (psi * four) + T::choose(beyond, s.like(PAST_ROUNDED), zero);
-    let apart = by_phi * of_phi + by_psi * of_psi + T::choose(beyond, past, zero);
+        along_phi * of_phi + along_psi * of_psi + by_psi * (psi * four) + T::choose(is_obtuse, s.like(PAST_ROUNDED), zero);
+    let apart = by_phi * of_phi + by_psi * of_psi + T::choose(is_obtuse, past, zero);
     let least = T::choose(s.exceeds(distance * s.like(LEAST_ALONG)), together.min(apart), apart);
     let of_end = T::choose(half_cotangent.exceeds(s.like(FAR_PAST / 2.0)), apart, least);
     phi * (of_logarithm + by_phi * four + phi * phi * s.like(2.4) + psi * psi * s.like(3.5)) + of_end
@@ -522,7 +522,7 @@ mod tests {
     #[test]
     fn bounds_hold_and_are_within_a_few_hundred_errors() {
         let mut random = ChaCha8Rng::seed_from_u64(12);
-        let (mut shares, mut worst, mut found) = ([Vec::new(), Vec::new()], [0.0f64; 2], [0; 2]);
+        let (mut shares, mut worst, mut counts) = ([Vec::new(), Vec::new()], [0.0f64; 2], [0; 2]);
         for i in 0..6000 {
             let count = 3 + i % 7;
             let spread = [0.7, 1.5, 5.0][i % 3];
@@ -535,13 +535,13 @@ mod tests {
             let Some(plan) = Plan::new(&receiver, emitter.polygon()).filter(|plan| !plan.on_surface) else { continue };
             let Some((terms, bound)) = bounded_in(ROUNDOFF, &receiver, &emitter, &plan) else { continue };
             let kind = usize::from(plan.horizon == Horizon::Crossing);
-            found[kind] += 1;
+            counts[kind] += 1;
             let case = Case { receiver: &receiver, emitter: &emitter, occluders: &[], plan: &plan };
             let truth = IrradianceAndGradient::<Ball<DoubleDouble>>::sum::<true, true>(&case).unwrap();
             let n1 = Vec3::from(receiver.normal());
             let precise = crate::problem::receiver::unit_normal::<Ball<DoubleDouble>>(&receiver).dot(truth.irradiance);
             let radiosity = (Ball::exact(n1.dot(terms.irradiance)) - precise).middle().hi.abs();
-            let difference = |found: f64, truth: Ball<DoubleDouble>| (Ball::exact(found) - truth).middle().hi;
+            let difference = |value: f64, truth: Ball<DoubleDouble>| (Ball::exact(value) - truth).middle().hi;
             let Vec3 { x, y, z } = truth.gradient;
             let gradient = terms.gradient;
             let gradient = Vec3::new(difference(gradient.x, x), difference(gradient.y, y), difference(gradient.z, z)).length();
@@ -554,13 +554,13 @@ mod tests {
             shares.sort_by(f64::total_cmp);
             shares[shares.len() / 2]
         });
-        println!("{found:?} found whole and cut, medians {medians:?}, worst {worst:?}");
+        println!("{counts:?} found whole and cut, medians {medians:?}, worst {worst:?}");
         assert!(
-            found[0] > 1000
-                && found[1] > 100
+            counts[0] > 1000
+                && counts[1] > 100
                 && worst.iter().all(|&worst| worst < 1.0 && worst > 1e-3)
                 && medians.iter().all(|&m| m > 1.0 / 400.0),
-            "{found:?} {medians:?} {worst:?}"
+            "{counts:?} {medians:?} {worst:?}"
         );
     }
 
@@ -571,7 +571,7 @@ mod tests {
 
     #[test]
     fn derivatives_of_an_end_are_those_of_its_functions() {
-        let mut found = 0;
+        let mut ends = 0;
         for (i, j) in (1..400).flat_map(|i| (1..=i).map(move |j| (i, j))) {
             let [phi, psi] = [i, j].map(|k| f64::from(k) * (FRAC_PI_2 / 400.0));
             let (s, d, distance) = (1.0, libm::cos(phi) / libm::sin(phi), libm::cos(psi) / libm::sin(psi));
@@ -580,15 +580,15 @@ mod tests {
                 continue;
             }
             let logarithm = 0.5 * libm::log((s + distance * distance) / square);
-            let end = X1End::at(s, [d, distance, d + distance], logarithm);
+            let end = X1End::new(s, [d, distance, d + distance], logarithm);
             let ([by_phi, by_psi], _) = derivatives(&end, logarithm, [s, d, distance], 1.0 / square.sqrt());
             let of_phi = logarithm + 2.0 * slope(phi) - slope(phi - psi) - slope(phi + psi);
             let of_psi = slope(phi - psi) - slope(phi + psi);
             assert!(of_phi.abs() <= by_phi && of_psi.abs() <= by_psi, "{phi} {psi}: {of_phi} {by_phi}, {of_psi} {by_psi}");
             assert!(by_phi - of_phi.abs() < 2e-5 && by_psi - of_psi.abs() < 2e-5, "{phi} {psi}");
-            found += 1;
+            ends += 1;
         }
-        assert!(found > 70_000, "{found}");
+        assert!(ends > 70_000, "{ends}");
     }
 
     #[test]
@@ -601,8 +601,8 @@ mod tests {
                 let (of_phi, of_psi) = if sum <= FRAC_PI_2 {
                     (2.0 * slope(phi) - slope(phi - psi) - slope(sum), slope(phi - psi) - slope(sum))
                 } else {
-                    let rest = 2.0 * FRAC_PI_2 - sum;
-                    (2.0 * slope(phi) - slope(phi - psi) - slope(rest), slope(phi - psi) - slope(rest))
+                    let supplement = 2.0 * FRAC_PI_2 - sum;
+                    (2.0 * slope(phi) - slope(phi - psi) - slope(supplement), slope(phi - psi) - slope(supplement))
                 };
                 let (most_of_phi, most_of_psi) = ((phi * psi).min(1.0) + 1e-12, (phi * psi).min(0.5) + 1e-12);
                 assert!(of_phi.abs() <= most_of_phi && of_psi.abs() <= most_of_psi, "{phi} {psi} {of_phi} {of_psi}");

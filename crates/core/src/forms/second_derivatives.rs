@@ -13,8 +13,8 @@
 //! On a generating line at distance S', r to its points, `e[f] = int f (n1.r)(dz x r)/r^4` and `dz x r = -S' N ds`. At fixed z, as
 //! in [`crate::hessian`], the symmetric part of its derivative is `sym(N w^T)/S'^2`,
 //! `w = int f (toward'.omega)^2 [n1 - 4 (n1.omega) omega] dpsi`. The point y of the emitter that is seen through z moves too:
-//! `y - x = tau r`, `tau = h/(-n2.r)`, gives `dy = (1 - tau) [dx + r (n2.dx)/(-n2.r)]`, so that f adds `(1 - tau)` of what the first
-//! two terms of the second row take on that edge, `sum t_a f_a + n2 F/h`: together `2 - tau` of it, and 1 on an edge of the
+//! `y - x = tau r`, `tau = h/(-n2.r)`, gives `dy = (1 - tau) [dx + r (n2.dx)/(-n2.r)]`, so that f adds `(1 - tau)` of the part that the first
+//! two terms of the second row have on that edge, `sum t_a f_a + n2 F/h`: together `2 - tau` of it, and 1 on an edge of the
 //! emitter itself, where tau is 1. A part that is not symmetric sums to zero, second derivatives being symmetric, and is left out.
 //!
 //! In the frame of the segment of the emitter's plane that the arc sees, at distance S, with `t = tan psi`, `s = S t`,
@@ -74,7 +74,7 @@ impl<T: Real> SecondDerivatives<T> {
         Self { seen, within, slopes, radial, edges: [Vec3::zero(); 2] }
     }
 
-    /// Adds what an arc contributes.
+    /// Adds the contribution of an arc.
     pub(crate) fn add(&mut self, arc: &Arc<T>) {
         if let Some(within) = &mut self.within {
             within.add::<false>(arc);
@@ -193,7 +193,7 @@ impl<T: Real> OnArc<T> {
             let mut row: Vec<T> = Vec::with_capacity(degree + 1);
             for j in (0..=degree - i).rev() {
                 row = times(&row, self.foot[1], self.along[1]);
-                add_constant(&mut row, f.at(i, j));
+                add_constant(&mut row, f.coefficient(i, j));
             }
             sum = times(&sum, self.foot[0], self.along[0]);
             for (k, c) in row.into_iter().enumerate() {

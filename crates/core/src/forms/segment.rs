@@ -30,8 +30,8 @@ pub(crate) fn met_frame<T: Arithmetic>(normal: Vec3<T>, n2: Vec3<T>, height: T) 
 #[inline]
 pub(crate) fn logarithms<T: Real>(arc: &Arc<T>, height: T) -> [T; 2] {
     let square = height * height;
-    let of = |end: &Sighted<T>| (end.square / square).ln() * T::exact(0.5);
-    [of(&arc.start), of(&arc.end)]
+    let log_distance = |end: &Sighted<T>| (end.square / square).ln() * T::exact(0.5);
+    [log_distance(&arc.start), log_distance(&arc.end)]
 }
 
 /// The segment's part of X1, given the [`logarithms`] of its ends.
@@ -57,7 +57,7 @@ pub(crate) fn x1_term<T: Real>(arc: &Arc<T>, frame: &Frame<T>, kappa: T, height:
 fn x1_end<T: Real>(s: T, distances: [T; 3], height: T, logarithm: T) -> [T; 3] {
     match without_direction(s.abs(), distances[0], height) {
         Some(end) => end.on_side_of(s),
-        None => X1End::at(s.abs(), distances, logarithm).on_side_of(s),
+        None => X1End::new(s.abs(), distances, logarithm).on_side_of(s),
     }
 }
 
@@ -69,8 +69,8 @@ fn lowest<T: Real>(height: T) -> RadiusOf<T> {
 fn without_direction<T: Real>(s: T, d: T, height: T) -> Option<X1End<T>> {
     let (zero, one, moved) = (T::exact(0.0), T::exact(1.0), s.error() + d.error());
     ((d * d + s * s).size() <= moved * moved * 16.0).then(|| {
-        let most = (s.size() + d.size() + moved) / lowest(height);
-        X1End { term: zero.widened(most * most), above: one, below: one, phi: zero, psi: zero, beyond: false }
+        let radius = (s.size() + d.size() + moved) / lowest(height);
+        X1End { term: zero.widened(radius * radius), above: one, below: one, phi: zero, psi: zero, is_obtuse: false }
     })
 }
 
@@ -82,13 +82,13 @@ pub(crate) struct X1End<T: Arithmetic> {
     pub(crate) phi: T,
     pub(crate) psi: T,
     /// Whether `phi + psi` is past a right angle.
-    pub(crate) beyond: T::Mask,
+    pub(crate) is_obtuse: T::Mask,
 }
 
 impl<T: Arithmetic> X1End<T> {
     /// At `s >= 0` along a segment at the in-plane distance d and the distance S, given them and their sum.
     #[inline(always)]
-    pub(crate) fn at(s: T, distances: [T; 3], logarithm: T) -> Self {
+    pub(crate) fn new(s: T, distances: [T; 3], logarithm: T) -> Self {
         Self::at_angle(s, s.atan2_right(distances[1]), distances, logarithm)
     }
 
@@ -97,21 +97,21 @@ impl<T: Arithmetic> X1End<T> {
     pub(crate) fn at_angle(s: T, psi: T, [d, distance, reach]: [T; 3], logarithm: T) -> Self {
         let phi = s.atan2_right(d);
         let (sum, square, pi) = (phi + psi, s * s, s.like_pi());
-        let beyond = square.exceeds(d * distance);
+        let is_obtuse = square.exceeds(d * distance);
         let plain = phi * logarithm + (phi.clausen_rest() * s.like(2.0) - (phi - psi).clausen_rest());
-        let last = T::choose(beyond, pi - sum, sum).clausen_rest();
+        let last = T::choose(is_obtuse, pi - sum, sum).clausen_rest();
         let one = s.like(1.0);
         Self {
-            term: plain + T::choose(beyond, last - pi * s.like(0.5), -last),
+            term: plain + T::choose(is_obtuse, last - pi * s.like(0.5), -last),
             above: T::choose_of(
-                beyond,
+                is_obtuse,
                 #[inline(always)]
                 || square * (reach * reach) * s.like(4.0),
                 #[inline(always)]
                 || one,
             ),
             below: T::choose_of(
-                beyond,
+                is_obtuse,
                 #[inline(always)]
                 || (d * d + square) * (distance * distance + square),
                 #[inline(always)]
@@ -119,7 +119,7 @@ impl<T: Arithmetic> X1End<T> {
             ),
             phi,
             psi,
-            beyond,
+            is_obtuse,
         }
     }
 

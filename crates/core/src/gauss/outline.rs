@@ -27,7 +27,7 @@ use crate::problem::receiver::Receiver;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct OutlineCorner {
     /// Offset from the receiver.
-    pub(super) seen: Vec3<f64>,
+    pub(super) from_receiver: Vec3<f64>,
     /// Offset from a vertex above the horizon: differences of these lose nothing to the distance.
     pub(super) local: Vec3<f64>,
     /// `n1.r`.
@@ -116,15 +116,15 @@ impl Scene<'_> {
         base: usize,
     ) -> OutlineCorner {
         let (x, place, first) = (receiver.position(), polygon.vertices()[vertex], polygon.vertices()[base]);
-        let seen: Vec3<f64> = offset(place, x, plan.power);
+        let from_receiver: Vec3<f64> = offset(place, x, plan.power);
         let local = offset(place, first, plan.power);
         let lit = self.source.at_vertex(vertex, place);
-        OutlineCorner { seen, local, facing, facing_error: 8.0 * ROUNDOFF * facing.abs(), lit }
+        OutlineCorner { from_receiver, local, facing, facing_error: 8.0 * ROUNDOFF * facing.abs(), lit }
     }
 
     /// `n1.r` of a vertex that is seen at an offset and a distance, and a bound on its error.
-    pub(super) fn facing(&self, receiver: &Receiver, vertex: DVec3, seen: Vec3<f64>, distance: f64) -> (f64, f64) {
-        let facing = self.n1.dot(seen);
+    pub(super) fn facing(&self, receiver: &Receiver, vertex: DVec3, from_receiver: Vec3<f64>, distance: f64) -> (f64, f64) {
+        let facing = self.n1.dot(from_receiver);
         if facing < GRAZING * distance {
             let facing = precise_facing(receiver, vertex, self.power);
             (facing, 8.0 * ROUNDOFF * facing.abs())
@@ -139,7 +139,7 @@ impl OutlineCorner {
     fn towards(&self, end: &Self, e: Vec3<f64>) -> Self {
         let fraction = self.facing / (self.facing - end.facing);
         Self {
-            seen: self.seen + e * fraction,
+            from_receiver: self.from_receiver + e * fraction,
             local: self.local + e * fraction,
             facing: 0.0,
             facing_error: 0.0,

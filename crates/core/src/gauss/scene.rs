@@ -65,7 +65,7 @@ impl<'a> Scene<'a> {
         }
     }
 
-    /// The integral with a bound on what a polygon that is not flat changes through `n1.r`.
+    /// The integral with a bound on the change of `n1.r` by a polygon that is not flat.
     ///
     /// Points of the polygon lie off its plane by at most the defect on either side, so `n1.r` is known to `delta`, twice the defect times
     /// `|n1.n2|`. Let A be the polygon's area, d its least distance, `I(A) = sup|B| int dA/r^4`.
@@ -81,10 +81,10 @@ impl<'a> Scene<'a> {
         let across = 2.0 * polygon.size() * self.power;
         let (mut nearest, mut lowest) = (f64::INFINITY, f64::INFINITY);
         for vertex in polygon.vertices() {
-            let seen: Vec3<f64> = offset(*vertex, receiver.position(), self.power);
-            let distance = seen.norm();
+            let from_receiver: Vec3<f64> = offset(*vertex, receiver.position(), self.power);
+            let distance = from_receiver.norm();
             nearest = nearest.min(distance);
-            lowest = lowest.min(self.n1.dot(seen) - 16.0 * ROUNDOFF * distance);
+            lowest = lowest.min(self.n1.dot(from_receiver) - 16.0 * ROUNDOFF * distance);
         }
         // The height is known to a few defects.
         let (height, least_height) = (self.height * (1.0 + self.input_error), 0.5 * self.height);

@@ -131,7 +131,7 @@ impl<'a> Source<'a> {
         match self.kind {
             Kind::Constant => Lit::Value(self.emitter.affine().value),
             Kind::Linear => Lit::Value(self.emitter.vertex_value(vertex)),
-            Kind::Polynomial(plane) => Lit::At(plane.at(place)),
+            Kind::Polynomial(plane) => Lit::At(plane.coordinates(place)),
         }
     }
 

@@ -81,8 +81,8 @@ struct Row<S: Simd> {
 
 /// `(1 - b) p + b q`, which errs by 4u where neither is negative.
 #[inline(always)]
-fn between<S: Simd>([p, q]: [f64x8<S>; 2], b: f64x8<S>, rest: f64x8<S>) -> f64x8<S> {
-    p * rest + q * b
+fn between<S: Simd>([p, q]: [f64x8<S>; 2], b: f64x8<S>, complement: f64x8<S>) -> f64x8<S> {
+    p * complement + q * b
 }
 
 impl<S: Simd> NodeSums<f64x8<S>> {
@@ -101,7 +101,7 @@ impl<S: Simd> NodeSums<f64x8<S>> {
 
     /// The contributions of eight nodes.
     #[inline(always)]
-    fn at(simd: S, r: Vec3<f64x8<S>>, weight: f64x8<S>, emission: f64x8<S>, facing: f64x8<S>) -> Self {
+    fn at_nodes(simd: S, r: Vec3<f64x8<S>>, weight: f64x8<S>, emission: f64x8<S>, facing: f64x8<S>) -> Self {
         let inverse = f64x8::splat(simd, 1.0) / (r.x * r.x + r.y * r.y + r.z * r.z);
         let positive = weight * inverse * inverse;
         let plain = positive * emission;
@@ -122,16 +122,16 @@ impl<S: Simd> NodeSums<f64x8<S>> {
     /// The sums of a row, eight nodes at a time whatever the machine, so that digits do not depend on it. The emission is a
     /// function of b and 1 - b.
     #[inline(always)]
-    fn of(simd: S, row: &Row<S>, grid: Grid, emission: &impl Fn(f64x8<S>, f64x8<S>) -> f64x8<S>) -> Self {
+    fn over_row(simd: S, row: &Row<S>, grid: Grid, emission: &impl Fn(f64x8<S>, f64x8<S>) -> f64x8<S>) -> Self {
         let mut sums = Self::zero(simd);
         let (rule, width, one) = (rules::rule(grid.count), f64x8::splat(simd, 1.0 / grid.panels as f64), f64x8::splat(simd, 1.0));
         for panel in 0..grid.panels {
             let shift = f64x8::splat(simd, panel as f64);
             for (nodes, weights) in rule.nodes.chunks_exact(rules::LANES).zip(rule.weights.chunks_exact(rules::LANES)) {
                 let b = (f64x8::from_slice(simd, nodes) + shift) * width;
-                let rest = one - b;
-                let (weight, facing) = (f64x8::from_slice(simd, weights) * row.weight, between(row.facing, b, rest));
-                sums.add(&Self::at(simd, row.start + row.step * b, weight, emission(b, rest), facing));
+                let complement = one - b;
+                let (weight, facing) = (f64x8::from_slice(simd, weights) * row.weight, between(row.facing, b, complement));
+                sums.add(&Self::at_nodes(simd, row.start + row.step * b, weight, emission(b, complement), facing));
             }
         }
         sums
@@ -209,7 +209,7 @@ impl Triangle<'_> {
             }
             (OnTriangle::Affine(corners), false) => self.row_by_row(simd, |a| {
                 let ends = ends(*corners, a).map(splat);
-                move |b, rest| between(ends, b, rest)
+                move |b, complement| between(ends, b, complement)
             }),
             (OnTriangle::Polynomial(polynomial, [p, first, side]), false) => self.row_by_row(simd, |a| {
                 let [u, v] = [0, 1].map(|k| [p[k] + first[k] * a, side[k] * a].map(splat));
@@ -239,7 +239,7 @@ impl Triangle<'_> {
                 let weight = f64x8::load_array(simd, nodes.weights);
                 let r = apex + first * along + side * barycentric[2];
                 let (emission, facing) = (emission(barycentric, along), interpolated(facing, barycentric));
-                group.add(&NodeSums::at(simd, r, weight, emission, facing));
+                group.add(&NodeSums::at_nodes(simd, r, weight, emission, facing));
             }
             total.add(&group);
         }
@@ -268,7 +268,7 @@ impl Triangle<'_> {
                         facing: ends(facing, a).map(splat),
                         weight: splat(weight * width[0] * width[1] * a),
                     };
-                    group.add(&NodeSums::of(simd, &along, row, &emission(a)));
+                    group.add(&NodeSums::over_row(simd, &along, row, &emission(a)));
                 }
                 total.add(&group);
             }

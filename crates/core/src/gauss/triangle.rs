@@ -148,14 +148,14 @@ impl Scene<'_> {
         let [a, b, c] = fan.corners;
         let places = [vertices[a], vertices[b], vertices[c]];
         let see = |place| offset::<f64>(place, receiver.position(), self.power);
-        let seen = [see(places[0]), see(places[1]), see(places[2])];
-        let distances = [seen[0].norm(), seen[1].norm(), seen[2].norm()];
-        let facing = |i: usize| self.facing(receiver, places[i], seen[i], distances[i]);
+        let offsets = [see(places[0]), see(places[1]), see(places[2])];
+        let distances = [offsets[0].norm(), offsets[1].norm(), offsets[2].norm()];
+        let facing = |i: usize| self.facing(receiver, places[i], offsets[i], distances[i]);
         let ((p, p_error), (q, q_error), (r, r_error)) = (facing(0), facing(1), facing(2));
-        let centroid = (seen[0] + fan.middle * power).norm() * (1.0 - 32.0 * ROUNDOFF);
+        let centroid = (offsets[0] + fan.middle * power).norm() * (1.0 - 32.0 * ROUNDOFF);
         let (emission, is_bright) = self.source.on_corners(fan.corners, places);
-        let seen = SeenTriangle {
-            apex: seen[0],
+        let triangle = SeenTriangle {
+            apex: offsets[0],
             distances,
             facing: [p, q, r],
             most_facing: largest([p, q, r]),
@@ -165,7 +165,7 @@ impl Scene<'_> {
             emission,
             is_bright,
         };
-        (fan.shape.scaled(power), seen)
+        (fan.shape.scaled(power), triangle)
     }
 
     /// A triangle of a clipped outline with local offsets up to `spread`.
@@ -175,21 +175,21 @@ impl Scene<'_> {
         // Two local offsets and their difference; a share of it is the displacement of crossings as seen from the receiver.
         let mut shape = Shape::new(sides, sides.map(Vec3::norm), self.n2, 60.0 * ROUNDOFF * spread);
         shape.misplaced_area = 70.0 * ROUNDOFF * spread * largest(shape.lengths);
-        let middle = (a.seen + b.seen + c.seen) * (1.0 / 3.0);
+        let middle = (a.from_receiver + b.from_receiver + c.from_receiver) * (1.0 / 3.0);
         let centroid = middle.norm() * (1.0 - 32.0 * ROUNDOFF);
         let facing = [a.facing, b.facing, c.facing];
-        let seen = SeenTriangle {
-            apex: a.seen,
-            distances: [a, b, c].map(|corner| corner.seen.norm()),
+        let triangle = SeenTriangle {
+            apex: a.from_receiver,
+            distances: [a, b, c].map(|corner| corner.from_receiver.norm()),
             facing,
             most_facing: largest(facing),
             facing_error: largest([a.facing_error, b.facing_error, c.facing_error]),
             centroid,
-            reach: largest([a, b, c].map(|corner| (corner.seen - middle).norm())) + 32.0 * ROUNDOFF * centroid,
+            reach: largest([a, b, c].map(|corner| (corner.from_receiver - middle).norm())) + 32.0 * ROUNDOFF * centroid,
             emission: self.source.on_triangle([&a.lit, &b.lit, &c.lit]),
             is_bright: corners.iter().all(|corner| corner.lit.is_bright()),
         };
-        (shape, seen)
+        (shape, triangle)
     }
 
     /// The number of nodes that a triangle needs; `None` if that is more than there are rules for.

@@ -113,8 +113,8 @@ pub enum Method {
     /// Nothing to compute: the receiver is behind the emitter or in its plane, the emitter is below the horizon, or occluders
     /// hide all of it. Exactly 0.
     Zero,
-    /// The receiver is on the surface of an emitter whose vertices are not exactly in one plane: the bound encloses what it would
-    /// get in front and behind. That of the gradient is infinite where just in front the gradient has no bound: next to an edge,
+    /// The receiver is on the surface of an emitter whose vertices are not exactly in one plane: the bound encloses its radiosity
+    /// in front and behind. That of the gradient is infinite where just in front the gradient has no bound: next to an edge,
     /// and over an emission that is not constant.
     OnSurface,
     /// A Gauss rule on the part of the emitter above the horizon, with an a-priori bound: far away, and wherever it is cheap.

@@ -237,8 +237,8 @@ mod tests {
         let (small, error) = (1.37 * 2f64.powi(-52), 2f64.powi(-60));
         let ([normal, rounded], bound) = unit(-1022).components([1.0, small], error).unwrap();
         assert_eq!(normal, f64::MIN_POSITIVE);
-        let off = (rounded / SMALLEST - small * 2f64.powi(52)).abs();
-        assert!(off > 0.3 && bound / SMALLEST > off && bound / SMALLEST <= 4.0, "{off} {bound:e}");
+        let error = (rounded / SMALLEST - small * 2f64.powi(52)).abs();
+        assert!(error > 0.3 && bound / SMALLEST > error && bound / SMALLEST <= 4.0, "{error} {bound:e}");
     }
 
     #[test]

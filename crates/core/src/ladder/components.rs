@@ -57,13 +57,14 @@ impl<const N: usize> Bounded<N> {
         }
         #[cfg(feature = "arbitrary-precision")]
         {
-            let find = || Some(Q::find::<Ball<Big>>(case)?.map(Enclosure::of));
-            let is_open =
-                |found: &[Enclosure; N]| (case.is_of_one_scale() && is_nothing(found)) || Enclosed::is_coincidence(case);
-            match refined(PRECISIONS, enough_for_doubles(tolerance), |found| relative_error(found), is_open, find) {
+            let find = || Some(Q::find::<Ball<Big>>(case)?.map(Enclosure::from_ball));
+            let is_open = |components: &[Enclosure; N]| {
+                (case.is_of_one_scale() && is_nothing(components)) || Enclosed::is_coincidence(case)
+            };
+            match refined(PRECISIONS, enough_for_doubles(tolerance), |components| relative_error(components), is_open, find) {
                 Outcome::Nothing { .. } => return Ok(None),
                 Outcome::Found(refined) => {
-                    let (components, error) = to_doubles(&refined.found, Q::unit(case))?;
+                    let (components, error) = to_doubles(&refined.result, Q::unit(case))?;
                     return Ok(Some(Self { components, error, method: Method::ArbitraryPrecision }));
                 }
                 Outcome::TooDear => {}
@@ -74,9 +75,9 @@ impl<const N: usize> Bounded<N> {
 
     /// The closed form with a running bound.
     fn by<Q: Components<N>, M: Number>(case: &Case<'_>, method: Method) -> Option<Self> {
-        let found = Q::find::<Ball<M>>(case)?;
-        let error = Q::norm(found.map(Real::value_error)) * Q::UP;
-        Some(Self { components: found.map(Real::value), error, method })
+        let components = Q::find::<Ball<M>>(case)?;
+        let error = Q::norm(components.map(Real::value_error)) * Q::UP;
+        Some(Self { components: components.map(Real::value), error, method })
     }
 
     fn answer<Q: Components<N>>(&self, case: &Case<'_>) -> Result<Self, Error> {
@@ -86,7 +87,7 @@ impl<const N: usize> Bounded<N> {
 
     /// The answer if it meets the tolerance, before and after the change of unit.
     fn answer_within<Q: Components<N>>(&self, case: &Case<'_>, tolerance: f64) -> Result<Option<Self>, Error> {
-        let meets = |found: &Self| found.error <= tolerance * Q::norm(found.components);
+        let meets = |bounded: &Self| bounded.error <= tolerance * Q::norm(bounded.components);
         if meets(self) { self.answer::<Q>(case).map(|answer| Some(answer).filter(meets)) } else { Ok(None) }
     }
 }

@@ -2,8 +2,8 @@
 //!
 //! The closed form is evaluated with balls of ever more bits, until the radius is small enough (Ziv's strategy). It starts with
 //! 80 bits beyond the digits asked, which pays for a cancellation of 1e20, and gives up at [`SPARE_BITS`] beyond, or before where
-//! it would cost too much or more bits do not help. What cancels by symmetry is 0 within a bound that is below any rounding of what
-//! cancels; no number of bits would tell it from 0. Else a screen may be seen exactly in line with the emitter's edge, or the vertices of a linear emission not
+//! it would cost too much or more bits do not help. A sum that cancels by symmetry is 0 within a bound that is below any rounding of its
+//! terms; no number of bits would tell it from 0. Else a screen may be seen exactly in line with the emitter's edge, or the vertices of a linear emission not
 //! be exactly in one plane.
 
 use std::array::from_ref;
@@ -73,7 +73,7 @@ pub const MOST_DIGITS: u32 = 1000;
 const SPARE_BITS: usize = 8192;
 
 /// Radiosity and gradient at `receiver` due to the part of `emitter` that it sees past `occluders`, with a relative error of at
-/// most `10^-digits` (of the norm, for the gradient). What cancels by symmetry, as odd emission over an even emitter does, has no
+/// most `10^-digits` (of the norm, for the gradient). A sum that cancels by symmetry, as odd emission over an even emitter does, has no
 /// relative error: it is 0 with a bound below `2^-600` of the terms that cancel.
 ///
 /// The truth is the exact result for the doubles as given. A triangle takes about 0.2 ms for 20 or 50 digits and 0.25 ms for 100
@@ -82,8 +82,8 @@ const SPARE_BITS: usize = 8192;
 ///
 /// ```
 /// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver, evaluate_digits};
-/// let at = |x, y, z| DVec3::new(x, y, z);
-/// let ceiling = Polygon::new(vec![at(0.0, 0.0, 1.0), at(0.0, 1.0, 1.0), at(1.0, 1.0, 1.0), at(1.0, 0.0, 1.0)])?;
+/// let point = |x, y, z| DVec3::new(x, y, z);
+/// let ceiling = Polygon::new(vec![point(0.0, 0.0, 1.0), point(0.0, 1.0, 1.0), point(1.0, 1.0, 1.0), point(1.0, 0.0, 1.0)])?;
 /// let lamp = Emitter::new(ceiling, Emission::Constant(1.0))?;
 /// let corner = Receiver::new(DVec3::ZERO, DVec3::Z, 1.0)?;
 /// let answer = evaluate_digits(&corner, &lamp, &[], 50)?;
@@ -119,11 +119,11 @@ fn precise(receiver: &Receiver, emitter: &Emitter, occluders: &[&Polygon], digit
     // log2 10 < 3.322
     let first = ((digits as usize * 3322).div_ceil(1000) + 80).next_multiple_of(64);
     let precisions = iter::successors(Some(first), |bits| Some(2 * bits)).take_while(|bits| *bits <= first + SPARE_BITS);
-    let stays_open = |found: &Enclosed| found.stays_open(&case, tolerance);
+    let stays_open = |enclosed: &Enclosed| enclosed.stays_open(&case, tolerance);
     match refined(precisions, tolerance, Enclosed::relative_error, stays_open, || Enclosed::find(&case)) {
         Outcome::Nothing { bits } => Ok(PreciseAnswer::zero(bits)),
-        Outcome::Found(Refined { found, bits, is_enough }) if is_enough || found.is_settled(&case, tolerance) => {
-            Ok(found.in_unit(&case).to_decimals(digits, bits, found.are_nothing()))
+        Outcome::Found(Refined { result: enclosed, bits, is_enough }) if is_enough || enclosed.is_settled(&case, tolerance) => {
+            Ok(enclosed.in_unit(&case).to_decimals(digits, bits, enclosed.are_nothing()))
         }
         Outcome::Found(Refined { bits, .. }) => Err(Error::Undecided { digits, bits }),
         Outcome::TooDear => Err(Error::Undecided { digits, bits: first }),
@@ -142,11 +142,14 @@ impl Enclosed {
     pub(crate) fn find(case: &Case<'_>) -> Option<Self> {
         let terms = IrradianceAndGradient::<Ball<Big>>::sum::<true, true>(case)?;
         let Vec3 { x, y, z } = terms.gradient(case.receiver);
-        Some(Self { radiosity: Enclosure::of(terms.radiosity(case.receiver)), gradient: [x, y, z].map(Enclosure::of) })
+        Some(Self {
+            radiosity: Enclosure::from_ball(terms.radiosity(case.receiver)),
+            gradient: [x, y, z].map(Enclosure::from_ball),
+        })
     }
 
-    /// Whether with the bits of the computation it stays open what an occluder hides, in which plane an emission varies, or by which
-    /// affine function.
+    /// Whether the bits of the computation do not decide the part that an occluder hides, or the plane or the affine function of an
+    /// emission.
     pub(crate) fn is_coincidence(case: &Case<'_>) -> bool {
         let emitter = case.emitter;
         (emitter.polygon().half_slab() > 0.0 && !matches!(emitter.emission(), Emission::Constant(_)))
@@ -197,16 +200,16 @@ impl Enclosed {
         // A unit of the last place is at most a tenth of the tolerance.
         let place = |size: Magnitude| size.decimal_exponent() - i64::from(digits) - 1;
         let rounded = |radius: Magnitude, last: i64| radius + Magnitude::power_of_ten(last);
-        let most = |components: &[Enclosure]| upper_decimal(norm(components.iter().map(|c| c.size() + c.radius)));
+        let largest_norm = |components: &[Enclosure]| upper_decimal(norm(components.iter().map(|c| c.size() + c.radius)));
         let zero = || "0".to_owned();
         let (radiosity, radiosity_error) = if are_nothing[0] {
-            (zero(), most(from_ref(&self.radiosity)))
+            (zero(), largest_norm(from_ref(&self.radiosity)))
         } else {
             let last = place(self.radiosity.size());
             (to_decimal(&self.radiosity.mid, last), upper_decimal(rounded(self.radiosity.radius, last)))
         };
         let (gradient, gradient_error) = if are_nothing[1] {
-            ([zero(), zero(), zero()], most(&self.gradient))
+            ([zero(), zero(), zero()], largest_norm(&self.gradient))
         } else {
             let last = place(norm(self.gradient.each_ref().map(Enclosure::size)));
             let error = norm(self.gradient.each_ref().map(|c| rounded(c.radius, last)));
@@ -223,8 +226,8 @@ impl PreciseAnswer {
     }
 }
 
-/// The doubles nearest to the components of a number, vector or matrix in the unit, and a bound on the norm of their error. What
-/// may be 0 is 0 where doubles have no digits for it, where nothing is known of it, or where a coincidence is all that is left.
+/// The doubles nearest to the components of a number, vector or matrix in the unit, and a bound on the norm of their error. A
+/// number that may be 0 is 0 where doubles have no digits for it, where its bound is infinite, or where its sign hangs on a coincidence.
 pub(crate) fn to_doubles<const N: usize>(normalised: &[Enclosure; N], unit: CallerUnits) -> Result<([f64; N], f64), Error> {
     let scaled = normalised.each_ref().map(|c| c.times(unit.magnitude()));
     let rounded = scaled.each_ref().map(Enclosure::to_double);
@@ -233,10 +236,11 @@ pub(crate) fn to_doubles<const N: usize>(normalised: &[Enclosure; N], unit: Call
         unit.check_finite(values)?;
         unit.check_size(values)?;
     } else {
-        let most = |of: &[Enclosure; N]| norm(of.each_ref().map(|c| c.size() + c.radius)) * (1.0 + 16.0 * f64::EPSILON);
+        let largest_norm =
+            |components: &[Enclosure; N]| norm(components.each_ref().map(|c| c.size() + c.radius)) * (1.0 + 16.0 * f64::EPSILON);
         let has_no_digits = values.iter().all(|v| v.abs() < f64::MIN_POSITIVE) || values.iter().any(|v| !v.is_finite());
         if has_no_digits || is_nothing(normalised) {
-            return Ok(([0.0; N], bounding(most(&scaled))));
+            return Ok(([0.0; N], bounding(largest_norm(&scaled))));
         }
     }
     Ok((values, bounding(norm(rounded.map(|(_, error)| error)) * (1.0 + 16.0 * f64::EPSILON))))
@@ -257,7 +261,7 @@ mod tests {
     use crate::problem::polynomial::Polynomial;
     use radgrad_numbers::big::within;
 
-    /// Wherever a computation runs out of what it may cost, it ends, and says so.
+    /// Wherever a computation exceeds its effort, it ends, and says so.
     #[test]
     fn what_runs_out_anywhere_ends_and_is_dropped() {
         let mut random = ChaCha8Rng::seed_from_u64(5);
@@ -286,8 +290,8 @@ mod tests {
             assert!(whole.is_some());
             for share in 0..60 {
                 let limit = spent.effort() * share / 60;
-                let (found, spent) = within(256, limit, || Enclosed::find(&case));
-                assert!(found.is_none() && spent.effort() > limit);
+                let (dropped_result, spent) = within(256, limit, || Enclosed::find(&case));
+                assert!(dropped_result.is_none() && spent.effort() > limit);
                 dropped += 1;
             }
         }

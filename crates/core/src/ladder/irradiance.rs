@@ -17,8 +17,8 @@ use crate::ladder::components::{Bounded, Components};
 /// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver, irradiance_vector_to};
 /// let triangle = Polygon::new(vec![DVec3::Z, DVec3::new(0.0, 1.0, 1.0), DVec3::new(1.0, 0.0, 1.0)])?;
 /// let lamp = Emitter::new(triangle, Emission::Constant(1.0))?;
-/// let found = irradiance_vector_to(&Receiver::new(DVec3::ZERO, DVec3::Z, 1.0)?, &lamp, &[], 1e-12)?;
-/// assert!(found.vector.z > 0.0 && found.error <= 1e-12 * found.vector.length());
+/// let vector = irradiance_vector_to(&Receiver::new(DVec3::ZERO, DVec3::Z, 1.0)?, &lamp, &[], 1e-12)?;
+/// assert!(vector.vector.z > 0.0 && vector.error <= 1e-12 * vector.vector.length());
 /// # Ok::<(), radgrad_core::Error>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -62,8 +62,8 @@ impl Components<3> for IrradianceVector {
 impl Case<'_> {
     /// The first rung whose bound meets the tolerance, or the last.
     pub(crate) fn irradiance_vector(&self, tolerance: f64) -> Result<IrradianceVector, Error> {
-        let found = Bounded::to::<IrradianceVector>(self, tolerance)?;
-        Ok(found.map_or(IrradianceVector::ZERO, |Bounded { components, error, method }| IrradianceVector {
+        let bounded = Bounded::to::<IrradianceVector>(self, tolerance)?;
+        Ok(bounded.map_or(IrradianceVector::ZERO, |Bounded { components, error, method }| IrradianceVector {
             vector: components.into(),
             error,
             method,

@@ -1,5 +1,5 @@
-//! The answer on the surface of an emitter whose vertices are not exactly in one plane ([`Plan::on_surface`]): it encloses what
-//! receivers get just in front of it and just behind. It also serves just in front, where no rung bounds as much: the forms of
+//! The answer on the surface of an emitter whose vertices are not exactly in one plane ([`Plan::on_surface`]): it encloses the
+//! radiosity of receivers just in front of it and just behind. It also serves just in front, where no rung bounds as much: the forms of
 //! emissions that are not constant take the height over the plane, of which then nothing is known.
 //!
 //! Behind all vertices B and its gradient are 0. Moved along n2 to where it is above all vertices, the receiver sees the emitter in
@@ -15,7 +15,7 @@
 //!   and no place counts more than n/2 times. So up to `n/2` times `2 t H/d`, or `t^2/4`, of the largest magnitude of the emission
 //!   may be missing on either side.
 //! - The gradient is `(rho/pi)` times the contour integral of `B (n1.omega)/r^2 ds`, over edges of the emitter and of occluders,
-//!   and what the slope G of the emission adds. Over an edge of length L at a distance of d the integral of `1/r^2` is at most
+//!   and the term of the slope G of the emission. Over an edge of length L at a distance of d the integral of `1/r^2` is at most
 //!   `min(L/d, pi)/d`. The slope adds `G int n1.omega domega` and `int (n1.omega) G dA/r^2`, at most `2 pi t G (1 + ln(R/d))` from
 //!   outside, R the distance of the farthest point. From inside that has no bound: just in front the gradient of a linear emission
 //!   grows like a logarithm of the height, as that of any emission does like one over the distance next to an edge.
@@ -32,7 +32,7 @@ use crate::boundary::plan::Plan;
 use crate::boundary::plan::precise_height;
 use crate::error::Error;
 use crate::ladder::answer::{Answer, Method, Value};
-use crate::ladder::rungs::Found;
+use crate::ladder::rungs::Evaluated;
 use crate::problem::emission::Emission;
 use crate::problem::polygon::Polygon;
 
@@ -76,7 +76,7 @@ impl Case<'_> {
     /// An answer that encloses both sides.
     #[cold]
     #[inline(never)]
-    pub(super) fn on_surface(&self) -> Found {
+    pub(super) fn on_surface(&self) -> Evaluated {
         let Self { receiver, emitter, occluders, plan } = *self;
         let polygon = emitter.polygon();
         let (height, height_error) = precise_height(receiver.position(), polygon, plan.power);
@@ -84,29 +84,32 @@ impl Case<'_> {
         let height = height.hi.abs() + 4.0 * (polygon.half_slab() * plan.power + height_error);
         let turned = (receiver.normal() - polygon.normal()).length() * UP + 8.0 * ROUNDOFF + polygon.normal_error();
         let slant = turned.min(1.0);
-        let outline = self.seen(polygon);
+        let outline = self.relative_vertices(polygon);
         let distance = clear(&outline) - height;
         let is_outside = distance > 0.0 && !is_around(&outline, polygon.normal());
         let strip = if is_outside { 2.0 * slant * height / distance } else { f64::INFINITY };
         let share = receiver.reflectance() * (0.25 * turned * turned).min(strip).min(1.0) * UP;
         let [low, high] = self.range();
-        let most = low.abs().max(high);
+        let largest_emission = low.abs().max(high);
         let is_convex = polygon.is_convex();
         let is_crossed = is_outside || distance <= 0.0 || !is_convex;
         let layers = if is_convex { 1.0 } else { (polygon.vertices().len() / 2) as f64 };
         let slack = if distance > 0.0 { 2.0 * slant * height / distance } else { f64::INFINITY };
-        let crossed =
-            if is_crossed { receiver.reflectance() * layers * (0.25 * turned * turned).min(slack) * UP * most } else { 0.0 };
-        let off_edges = occluders.iter().map(|occluder| clear(&self.seen(occluder))).fold(distance, f64::min);
+        let crossed = if is_crossed {
+            receiver.reflectance() * layers * (0.25 * turned * turned).min(slack) * UP * largest_emission
+        } else {
+            0.0
+        };
+        let off_edges = occluders.iter().map(|occluder| clear(&self.relative_vertices(occluder))).fold(distance, f64::min);
         let gradient_error = if off_edges > 0.0 {
-            let all = occluders.iter().map(|occluder| self.seen(occluder)).chain([outline]);
-            let edges: f64 = all.map(|outline| near_edges(&outline, height)).sum();
+            let outlines = occluders.iter().map(|occluder| self.relative_vertices(occluder)).chain([outline]);
+            let edges: f64 = outlines.map(|outline| near_edges(&outline, height)).sum();
             let slope = emitter.steepest_emission() * emitter.power() / plan.power * self.slope(is_outside, distance);
-            receiver.reflectance() * FRAC_1_PI * slant * (most * edges + slope) * UP
+            receiver.reflectance() * FRAC_1_PI * slant * (largest_emission * edges + slope) * UP
         } else {
             f64::INFINITY
         };
-        Found {
+        Evaluated {
             radiosity: 0.5 * share * (low + high),
             gradient: Vec3::new(0.0, 0.0, 0.0),
             radiosity_error: (0.5 * share * (high - low) + crossed) * UP,
@@ -115,7 +118,7 @@ impl Case<'_> {
     }
 
     /// A polygon's vertices from the receiver, in normalised lengths.
-    fn seen(&self, polygon: &Polygon) -> Vec<DVec3> {
+    fn relative_vertices(&self, polygon: &Polygon) -> Vec<DVec3> {
         polygon.vertices().iter().map(|v| (*v - self.receiver.position()) * self.plan.power).collect()
     }
 
@@ -138,11 +141,11 @@ impl Case<'_> {
             Emission::Constant(value) => [(value * power).min(0.0), (value * power).max(0.0)],
             Emission::Linear(_) => {
                 let affine = emitter.affine();
-                let off = emitter.vertex_error()
+                let error = emitter.vertex_error()
                     + affine.residual
                     + 2.0 * emitter.steepest_emission() * power * emitter.polygon().half_slab();
                 let values = (0..emitter.polygon().vertices().len()).map(|i| emitter.vertex_value(i));
-                values.fold([0.0, 0.0], |[low, high], b| [f64::min(low, b - off), f64::max(high, b + off)])
+                values.fold([0.0, 0.0], |[low, high], b| [f64::min(low, b - error), f64::max(high, b + error)])
             }
             Emission::Polynomial(_) => [-1.0, 1.0].map(|sign| sign * emitter.largest_emission() * power),
         }

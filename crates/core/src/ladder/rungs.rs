@@ -69,7 +69,7 @@ struct Budget {
 const WIDE_BESIDE_RUNNING: f64 = 2.0;
 
 impl Budget {
-    fn of(emission: &Emission) -> Self {
+    fn for_emission(emission: &Emission) -> Self {
         match emission {
             Emission::Constant(_) => Self { wide: 0.4, cheap: 110, running: 110, beside_lanes: 900, dear: 2000 },
             Emission::Linear(_) => Self { wide: 0.5, cheap: 260, running: 4000, beside_lanes: 5800, dear: 16000 },
@@ -93,14 +93,14 @@ const MOST_NODES: usize = 1 << 26;
 
 /// The result of a rung, in normalised lengths and emission.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Found {
+pub(super) struct Evaluated {
     pub(super) radiosity: f64,
     pub(super) gradient: Vec3<f64>,
     pub(super) radiosity_error: f64,
     pub(super) gradient_error: f64,
 }
 
-impl Found {
+impl Evaluated {
     const ZERO: Self = Self { radiosity: 0.0, gradient: Vec3::new(0.0, 0.0, 0.0), radiosity_error: 0.0, gradient_error: 0.0 };
 
     /// Whether all is finite and both bounds are within `tolerance`, relative.
@@ -130,7 +130,7 @@ impl Found {
 /// The end of a climb: the accepted answer, or the result of the last rung.
 pub(super) enum Climb<A> {
     Met(A),
-    Last(Found),
+    Last(Evaluated),
 }
 
 /// The result of the direct attempt.
@@ -148,21 +148,21 @@ impl DirectAttempt {
     /// decides, with the plan made on the way.
     #[inline]
     pub(crate) fn new(receiver: &Receiver, emitter: &Emitter, tolerance: f64) -> Result<Self, Error> {
-        let narrow = Budget::of(emitter.emission()).wide;
+        let narrow = Budget::for_emission(emitter.emission()).wide;
         match emitter.emission() {
             Emission::Constant(_) => {
                 let sure = BoundedSum::where_sure(receiver, emitter.polygon(), narrow);
                 Self::from(sure, receiver, emitter, tolerance, |case, terms, bound| case.of_unit_emission(terms, *bound))
             }
             Emission::Linear(_) => {
-                let found = |case: &Case<'_>, terms: &_, bound: &_| case.of_linear(terms, *bound);
+                let of_linear = |case: &Case<'_>, terms: &_, bound: &_| case.of_linear(terms, *bound);
                 match edge_lanes::linear::bounded_where_sure(receiver, emitter, narrow, tolerance) {
                     // Apart, so that the common case is not copied.
                     None => {
                         let sure = edge_lanes::linear::bounded_far_out(receiver, emitter, narrow);
-                        Self::from(sure, receiver, emitter, tolerance, found)
+                        Self::from(sure, receiver, emitter, tolerance, of_linear)
                     }
-                    sure => Self::from(sure, receiver, emitter, tolerance, found),
+                    sure => Self::from(sure, receiver, emitter, tolerance, of_linear),
                 }
             }
             Emission::Polynomial(_) => Ok(Self::Nothing),
@@ -175,12 +175,12 @@ impl DirectAttempt {
         receiver: &Receiver,
         emitter: &Emitter,
         tolerance: f64,
-        found: impl Fn(&Case<'_>, &IrradianceAndGradient<f64>, &B) -> Found,
+        bounded: impl Fn(&Case<'_>, &IrradianceAndGradient<f64>, &B) -> Evaluated,
     ) -> Result<Self, Error> {
         let Some(SureCase { plan, sums }) = sure else { return Ok(Self::Nothing) };
         let Some((terms, bound)) = sums else { return Ok(Self::Plan(plan)) };
         let case = Case { receiver, emitter, occluders: &[], plan: &plan };
-        Ok(match case.accepted(&found(&case, &terms, &bound), Method::ClosedForm, tolerance)? {
+        Ok(match case.accepted(&bounded(&case, &terms, &bound), Method::ClosedForm, tolerance)? {
             Some(answer) => Self::Answer(answer),
             None => Self::Plan(plan),
         })
@@ -195,22 +195,22 @@ impl Case<'_> {
         if self.plan.on_surface {
             return self.scaled(&self.on_surface(), Method::OnSurface);
         }
-        let climb = self.climb::<_, true>(tolerance, |found, method| {
+        let climb = self.climb::<_, true>(tolerance, |evaluated, method| {
             // Where little but the rounding to doubles is left nothing dearer gives more.
             let least = if method == Method::DoubleDouble { 1.01 * ROUNDOFF } else { 0.0 };
-            self.accepted(found, method, tolerance.max(least))
+            self.accepted(evaluated, method, tolerance.max(least))
         })?;
         let by_rule = || self.by_quadrature(MOST_NODES, FULL_PRECISION);
         match climb {
             Climb::Met(answer) => Ok(answer),
             #[cfg(feature = "arbitrary-precision")]
-            Climb::Last(found) => self.narrowed(self.rounded(tolerance, &found, by_rule)?),
+            Climb::Last(last) => self.narrowed(self.rounded(tolerance, &last, by_rule)?),
             #[cfg(not(feature = "arbitrary-precision"))]
-            Climb::Last(found) => match by_rule() {
-                Some(other) if other.relative_error() < found.relative_error() => {
+            Climb::Last(last) => match by_rule() {
+                Some(other) if other.relative_error() < last.relative_error() => {
                     self.narrowed(self.scaled(&other, Method::Quadrature)?)
                 }
-                _ => self.narrowed(self.scaled(&found, Method::DoubleDouble)?),
+                _ => self.narrowed(self.scaled(&last, Method::DoubleDouble)?),
             },
         }
     }
@@ -220,12 +220,12 @@ impl Case<'_> {
     pub(super) fn climb<A, const GRADIENT: bool>(
         &self,
         tolerance: f64,
-        accepted: impl Fn(&Found, Method) -> Result<Option<A>, Error>,
+        accepted: impl Fn(&Evaluated, Method) -> Result<Option<A>, Error>,
     ) -> Result<Climb<A>, Error> {
         if self.occluders.is_empty() {
             return self.climb_from::<A, GRADIENT>(None, tolerance, accepted);
         }
-        let (hidden, derived) = self.bounded_past_occluders();
+        let (hidden, derived) = self.bounded_occluded();
         let in_between = match hidden {
             Hidden::Unsure => Cow::Owned(self.in_between()),
             Hidden::Something => Cow::Borrowed(self.occluders),
@@ -238,17 +238,17 @@ impl Case<'_> {
     #[inline(always)]
     fn climb_from<A, const GRADIENT: bool>(
         &self,
-        derived: Option<Found>,
+        derived: Option<Evaluated>,
         tolerance: f64,
-        accepted: impl Fn(&Found, Method) -> Result<Option<A>, Error>,
+        accepted: impl Fn(&Evaluated, Method) -> Result<Option<A>, Error>,
     ) -> Result<Climb<A>, Error> {
-        let budget = Budget::of(self.emitter.emission());
+        let budget = Budget::for_emission(self.emitter.emission());
         let tried = Cell::new(false);
         let enough = if tolerance > FINE { TRUNCATED * tolerance } else { FULL_PRECISION };
-        let by_rule = |most: usize, enough: f64| -> Result<Option<A>, Error> {
-            let Some(found) = self.by_quadrature(most, enough) else { return Ok(None) };
+        let by_rule = |node_limit: usize, enough: f64| -> Result<Option<A>, Error> {
+            let Some(quadrature) = self.by_quadrature(node_limit, enough) else { return Ok(None) };
             tried.set(true);
-            accepted(&found, Method::Quadrature)
+            accepted(&quadrature, Method::Quadrature)
         };
         if self.is_within(budget.wide)
             && let Some(answer) = by_rule(budget.cheap, FULL_PRECISION)?
@@ -264,22 +264,22 @@ impl Case<'_> {
         {
             return Ok(Climb::Met(answer));
         }
-        let found = derived.unwrap_or_else(|| self.certified::<f64, GRADIENT>());
-        if let Some(answer) = accepted(&found, Method::ClosedForm)? {
+        let closed_form = derived.unwrap_or_else(|| self.certified::<f64, GRADIENT>());
+        if let Some(answer) = accepted(&closed_form, Method::ClosedForm)? {
             return Ok(Climb::Met(answer));
         }
         if self.is_for_lanes(derived.as_ref(), &accepted) {
-            let by_rounding = [found.radiosity.abs(), found.gradient.length()].map(|size| LEAST_OF_RULE * size);
+            let by_rounding = [closed_form.radiosity.abs(), closed_form.gradient.length()].map(|size| LEAST_OF_RULE * size);
             let [radiosity_error, gradient_error] = by_rounding;
-            let best = Found { radiosity_error, gradient_error, ..found };
+            let best = Evaluated { radiosity_error, gradient_error, ..closed_form };
             if !tried.get()
                 && !matches!(accepted(&best, Method::Quadrature), Ok(None))
                 && let Some(answer) = by_rule(budget.beside_lanes, enough)?
             {
                 return Ok(Climb::Met(answer));
             }
-            if let Some(found) = self.on_double_double_lanes(&found)
-                && let Some(answer) = accepted(&found, Method::DoubleDouble)?
+            if let Some(precise) = self.on_double_double_lanes(&closed_form)
+                && let Some(answer) = accepted(&precise, Method::DoubleDouble)?
             {
                 return Ok(Climb::Met(answer));
             }
@@ -289,33 +289,35 @@ impl Case<'_> {
         {
             return Ok(Climb::Met(answer));
         }
-        let found = self.certified::<DoubleDouble, GRADIENT>();
-        Ok(accepted(&found, Method::DoubleDouble)?.map_or(Climb::Last(found), Climb::Met))
+        let precise = self.certified::<DoubleDouble, GRADIENT>();
+        Ok(accepted(&precise, Method::DoubleDouble)?.map_or(Climb::Last(precise), Climb::Met))
     }
 
     /// The closed form with a running bound, with as many bits as it takes, rounded to doubles; or a Gauss rule of any cost,
-    /// where the input leaves the closed form a wider bound; or what was found before, where more bits would take too long.
+    /// where the input leaves the closed form a wider bound; or the result with fewer bits, where more would take too long.
     #[cfg(feature = "arbitrary-precision")]
     #[cold]
     #[inline(never)]
-    fn rounded(&self, tolerance: f64, before: &Found, by_rule: impl FnOnce() -> Option<Found>) -> Result<Answer, Error> {
+    fn rounded(&self, tolerance: f64, before: &Evaluated, by_rule: impl FnOnce() -> Option<Evaluated>) -> Result<Answer, Error> {
         if let Some([radiosity_error, gradient_error]) = self.below_range()?
             && gradient_error < f64::MIN_POSITIVE
         {
             return Ok(Answer { radiosity_error, gradient_error, method: Method::Quadrature, ..Answer::ZERO });
         }
         let enough = enough_for_doubles(tolerance);
-        let stays_open = |found: &Enclosed| found.stays_open(self, enough);
+        let stays_open = |enclosed: &Enclosed| enclosed.stays_open(self, enough);
         let refined = refined(PRECISIONS, enough, Enclosed::relative_error, stays_open, || Enclosed::find(self));
         let enclosed = match refined {
             Outcome::Nothing { .. } => return Ok(Answer::ZERO),
-            Outcome::Found(Refined { found, is_enough: true, .. }) => return found.to_answer(self),
-            Outcome::Found(Refined { found, .. }) => Some(found),
+            Outcome::Found(Refined { result: enclosed, is_enough: true, .. }) => return enclosed.to_answer(self),
+            Outcome::Found(Refined { result: enclosed, .. }) => Some(enclosed),
             Outcome::TooDear => None,
         };
         let closest = enclosed.as_ref().map_or_else(|| Magnitude::from(before.relative_error()), Enclosed::relative_error);
         match (by_rule(), enclosed) {
-            (Some(found), _) if Magnitude::from(found.relative_error()) < closest => self.scaled(&found, Method::Quadrature),
+            (Some(quadrature), _) if Magnitude::from(quadrature.relative_error()) < closest => {
+                self.scaled(&quadrature, Method::Quadrature)
+            }
             (_, Some(enclosed)) => enclosed.to_answer(self),
             (_, None) => self.scaled(before, Method::DoubleDouble),
         }
@@ -327,16 +329,16 @@ impl Case<'_> {
     }
 
     /// The answer of a Gauss rule of at most so many nodes and a truncation that is enough, relative.
-    fn by_quadrature(&self, most: usize, enough: f64) -> Option<Found> {
+    fn by_quadrature(&self, node_limit: usize, enough: f64) -> Option<Evaluated> {
         if !self.occluders.is_empty() {
             return None;
         }
-        let integral = gauss::integral(self.receiver, self.emitter, self.plan, most, enough)?;
+        let integral = gauss::integral(self.receiver, self.emitter, self.plan, node_limit, enough)?;
         let albedo: f64 = albedo(self.receiver);
         // Quotient and product.
         let rounding = 4.0 * ROUNDOFF;
         let size = integral.gradient.length();
-        Some(Found {
+        Some(Evaluated {
             radiosity: integral.value * albedo,
             gradient: integral.gradient * albedo,
             radiosity_error: (integral.value_error + rounding * integral.value.abs()) * albedo,
@@ -346,14 +348,14 @@ impl Case<'_> {
 
     /// The closed form in double precision with a bound derived for it, where there is one.
     #[inline]
-    fn bounded(&self) -> Option<Found> {
+    fn bounded(&self) -> Option<Evaluated> {
         let Self { receiver, emitter, occluders, plan } = *self;
         if !occluders.is_empty() {
             return None;
         }
         match emitter.emission() {
             Emission::Constant(_) => {
-                let (terms, bound) = BoundedSum::of(receiver, emitter.polygon(), plan);
+                let (terms, bound) = BoundedSum::of_polygon(receiver, emitter.polygon(), plan);
                 Some(self.of_unit_emission(&terms, bound))
             }
             Emission::Linear(_) if plan.horizon == Horizon::Above => {
@@ -364,7 +366,7 @@ impl Case<'_> {
     }
 
     /// The same past occluders of a constant emitter.
-    fn bounded_past_occluders(&self) -> (Hidden, Option<Found>) {
+    fn bounded_occluded(&self) -> (Hidden, Option<Evaluated>) {
         if !matches!(self.emitter.emission(), Emission::Constant(_)) {
             return (Hidden::Unsure, None);
         }
@@ -374,14 +376,18 @@ impl Case<'_> {
 
     /// Whether double-double on lanes is to be tried: where a bound was derived for double precision, this one's is known.
     #[inline(always)]
-    fn is_for_lanes<A>(&self, derived: Option<&Found>, accepted: impl Fn(&Found, Method) -> Result<Option<A>, Error>) -> bool {
-        let expected = |found: &Found| {
-            let bounds = [found.radiosity_error, found.gradient_error].map(|bound| bound * precise::SHARE);
-            Found::rounded(found.radiosity, found.gradient, bounds)
+    fn is_for_lanes<A>(
+        &self,
+        derived: Option<&Evaluated>,
+        accepted: impl Fn(&Evaluated, Method) -> Result<Option<A>, Error>,
+    ) -> bool {
+        let expected = |evaluated: &Evaluated| {
+            let bounds = [evaluated.radiosity_error, evaluated.gradient_error].map(|bound| bound * precise::SHARE);
+            Evaluated::rounded(evaluated.radiosity, evaluated.gradient, bounds)
         };
         match derived {
             _ if !self.occluders.is_empty() => false,
-            Some(found) => !matches!(accepted(&expected(found), Method::DoubleDouble), Ok(None)),
+            Some(evaluated) => !matches!(accepted(&expected(evaluated), Method::DoubleDouble), Ok(None)),
             None => matches!(self.emitter.emission(), Emission::Linear(_)),
         }
     }
@@ -389,7 +395,7 @@ impl Case<'_> {
     /// The closed form in double-double on lanes, given that in double precision, with its derived bound where the emission is constant.
     #[cold]
     #[inline(never)]
-    fn on_double_double_lanes(&self, before: &Found) -> Option<Found> {
+    fn on_double_double_lanes(&self, before: &Evaluated) -> Option<Evaluated> {
         let Self { receiver, emitter, plan, .. } = *self;
         match emitter.emission() {
             Emission::Constant(_) => {
@@ -398,14 +404,14 @@ impl Case<'_> {
                 let radiosity = (receiver.precise_normal().dot(sums.irradiance) * factor).hi;
                 let gradient = (sums.gradient * factor).map(|c| c.hi);
                 let bounds = [before.radiosity_error, before.gradient_error].map(|bound| bound * share);
-                Some(Found::rounded(radiosity, gradient, bounds))
+                Some(Evaluated::rounded(radiosity, gradient, bounds))
             }
             Emission::Linear(_) => {
                 let (sums, unit) = precise::linear(receiver, emitter, plan)?;
                 let (_, bound) = edge_lanes::linear::bounded_in(unit, receiver, emitter, plan)?;
                 let (radiosity, gradient) = (sums.radiosity(receiver).value(), sums.gradient(receiver).map(Real::value));
                 let share = albedo::<f64>(receiver);
-                Some(Found::rounded(radiosity, gradient, [share * bound.radiosity, share * bound.gradient]))
+                Some(Evaluated::rounded(radiosity, gradient, [share * bound.radiosity, share * bound.gradient]))
             }
             Emission::Polynomial(_) => None,
         }
@@ -413,9 +419,9 @@ impl Case<'_> {
 
     /// The answer by the sums of a linear emission and their bounds.
     #[inline(always)]
-    fn of_linear(&self, terms: &IrradianceAndGradient<f64>, bound: linear_bound::LinearBound) -> Found {
+    fn of_linear(&self, terms: &IrradianceAndGradient<f64>, bound: linear_bound::LinearBound) -> Evaluated {
         let share = albedo::<f64>(self.receiver);
-        Found {
+        Evaluated {
             radiosity: terms.radiosity(self.receiver),
             gradient: terms.gradient(self.receiver),
             radiosity_error: share * bound.radiosity,
@@ -425,12 +431,12 @@ impl Case<'_> {
 
     /// The answer by the sums for a unit emission and their bounds.
     #[inline(always)]
-    fn of_unit_emission(&self, terms: &IrradianceAndGradient<f64>, bound: BoundedSum) -> Found {
+    fn of_unit_emission(&self, terms: &IrradianceAndGradient<f64>, bound: BoundedSum) -> Evaluated {
         let Self { receiver, emitter, .. } = *self;
         let emission = emitter.affine().value;
         let terms = IrradianceAndGradient { irradiance: terms.irradiance * emission, gradient: terms.gradient * emission };
         let share = albedo::<f64>(receiver) * emission.abs();
-        Found {
+        Evaluated {
             radiosity: terms.radiosity(receiver),
             gradient: terms.gradient(receiver),
             radiosity_error: share * bound.irradiance,
@@ -439,39 +445,40 @@ impl Case<'_> {
     }
 
     /// The closed form with a running bound; without the gradient where that is not wanted.
-    fn certified<N: Number, const GRADIENT: bool>(&self) -> Found {
-        let Some(terms) = IrradianceAndGradient::<Ball<N>>::sum::<true, GRADIENT>(self) else { return Found::ZERO };
+    fn certified<N: Number, const GRADIENT: bool>(&self) -> Evaluated {
+        let Some(terms) = IrradianceAndGradient::<Ball<N>>::sum::<true, GRADIENT>(self) else { return Evaluated::ZERO };
         let (radiosity, gradient) = (terms.radiosity(self.receiver), terms.gradient(self.receiver));
-        let found = Found { radiosity: radiosity.value(), radiosity_error: radiosity.value_error(), ..Found::ZERO };
+        let value_only = Evaluated { radiosity: radiosity.value(), radiosity_error: radiosity.value_error(), ..Evaluated::ZERO };
         if !GRADIENT {
-            return found;
+            return value_only;
         }
         let radius = gradient.map(Real::value_error);
         let gradient_error = radius.length() * (1.0 + 8.0 * f64::EPSILON);
-        Found { gradient: gradient.map(Real::value), gradient_error, ..found }
+        Evaluated { gradient: gradient.map(Real::value), gradient_error, ..value_only }
     }
 
     /// The answer by a result that meets the tolerance, unless bounds below the normal range are too coarse for it.
     ///
     /// Always inlined: moving the answer costs as much as finding it met.
     #[inline(always)]
-    fn accepted(&self, found: &Found, method: Method, tolerance: f64) -> Result<Option<Answer>, Error> {
-        if !found.meets(tolerance) {
+    fn accepted(&self, evaluated: &Evaluated, method: Method, tolerance: f64) -> Result<Option<Answer>, Error> {
+        if !evaluated.meets(tolerance) {
             return Ok(None);
         }
-        let answer = self.scaled(found, method)?;
+        let answer = self.scaled(evaluated, method)?;
         let is_fine = answer.radiosity_error.min(answer.gradient_error) >= f64::MIN_POSITIVE || answer.meets(tolerance);
         Ok(Some(answer).filter(|_| is_fine))
     }
 
     #[inline(always)]
-    pub(super) fn scaled(&self, found: &Found, method: Method) -> Result<Answer, Error> {
-        if found.radiosity == 0.0 && found.radiosity_error == 0.0 && found.gradient_error == 0.0 {
+    pub(super) fn scaled(&self, evaluated: &Evaluated, method: Method) -> Result<Answer, Error> {
+        if evaluated.radiosity == 0.0 && evaluated.radiosity_error == 0.0 && evaluated.gradient_error == 0.0 {
             return Ok(Answer::ZERO);
         }
-        let Vec3 { x, y, z } = found.gradient;
-        let ([radiosity], radiosity_error) = self.radiosity_unit().components([found.radiosity], found.radiosity_error)?;
-        let (gradient, gradient_error) = self.gradient_unit().components([x, y, z], found.gradient_error)?;
+        let Vec3 { x, y, z } = evaluated.gradient;
+        let ([radiosity], radiosity_error) =
+            self.radiosity_unit().components([evaluated.radiosity], evaluated.radiosity_error)?;
+        let (gradient, gradient_error) = self.gradient_unit().components([x, y, z], evaluated.gradient_error)?;
         Ok(Answer { radiosity, gradient: gradient.into(), radiosity_error, gradient_error, method })
     }
 }

@@ -37,8 +37,8 @@ impl<T: Real> IrradianceAndGradient<T> {
             let emission = T::exact(emitter.affine().value);
             Self { irradiance: angles.phi() * emission, gradient: edges.sum() * emission }.widened(uncertainty)
         } else if let Some(plane) = emitter.polynomial() {
-            let seen = SeenPolynomial::new(receiver, emitter, plane, plan.power);
-            let mut sum = PolynomialSum::new(seen);
+            let relative = SeenPolynomial::new(receiver, emitter, plane, plan.power);
+            let mut sum = PolynomialSum::new(relative);
             let uncertainty = visit(case, |arc: &Arc<T>| sum.add::<GRADIENT>(arc))?;
             let gradient = if GRADIENT { sum.gradient() } else { Vec3::zero() };
             Self { irradiance: sum.irradiance(), gradient }.widened(uncertainty)
@@ -116,7 +116,7 @@ mod tests {
         // Two that share an edge, with corners in common, beside those that do not.
         let [a, b, c, d] = [[0.5, 0.6], [0.9, 0.7], [0.8, 1.1], [0.4, 1.0]].map(|[x, y]| DVec3::new(x, y, 0.6));
         let halves = [[a, b, c], [a, c, d]].map(|corners| Polygon::new(corners.to_vec()).unwrap());
-        let (mut seen, mut cut) = (0, 0);
+        let (mut visible, mut cut) = (0, 0);
         for i in 0..300 {
             let place = DVec3::new(step(i, 0.324_718), step(i, 0.414_214), -0.5);
             // Of every third the horizon cuts the lamp.
@@ -128,15 +128,15 @@ mod tests {
             }
             let occluders: Vec<&Polygon> = screens.iter().collect();
             let Some(plan) = Plan::new(&receiver, lamp.polygon()) else { continue };
-            let Some(found) = sure::arcs(&receiver, lamp.polygon(), &occluders, &plan) else { continue };
+            let Some(arcs) = sure::arcs(&receiver, lamp.polygon(), &occluders, &plan) else { continue };
             let expected = visibility::arcs(&receiver, &lamp, &occluders, &plan).map_or_else(Vec::new, |(arcs, _)| arcs);
-            for (found, expected) in sums(&receiver, &found).into_iter().zip(sums(&receiver, &expected)) {
-                let apart = found - expected;
+            for (arcs, expected) in sums(&receiver, &arcs).into_iter().zip(sums(&receiver, &expected)) {
+                let apart = arcs - expected;
                 assert!(apart.size() <= apart.error() && apart.error() < 1e-24, "{i}: {apart:?}");
             }
-            seen += usize::from(!found.is_empty());
-            cut += usize::from(found.iter().any(|arc| arc.line().is_none()));
+            visible += usize::from(!arcs.is_empty());
+            cut += usize::from(arcs.iter().any(|arc| arc.line().is_none()));
         }
-        assert!(seen > 150 && cut > 30, "{seen} {cut}");
+        assert!(visible > 150 && cut > 30, "{visible} {cut}");
     }
 }

@@ -25,11 +25,11 @@ use crate::forms::irradiance_and_gradient::IrradianceAndGradient;
 use crate::ladder::answer::{Method, Tolerance, Value};
 #[cfg(feature = "arbitrary-precision")]
 use crate::ladder::digits::{Enclosed, to_doubles};
-use crate::ladder::rungs::{Climb, Found};
+use crate::ladder::rungs::{Climb, Evaluated};
 
 impl Tolerance {
     /// The error that is allowed of a value.
-    fn of(self, value: f64) -> f64 {
+    fn allowed(self, value: f64) -> f64 {
         self.absolute.max(self.relative * value.abs())
     }
 }
@@ -46,59 +46,60 @@ impl Case<'_> {
         let normalised = Tolerance { absolute: tolerance.absolute * self.emitter.power(), ..tolerance };
         // Where little but the rounding to doubles is left nothing dearer gives more.
         let nearly = Tolerance { relative: normalised.relative.max(1.01 * ROUNDOFF), ..normalised };
-        let climb = self.climb::<_, false>(normalised.relative, |found, method| {
+        let climb = self.climb::<_, false>(normalised.relative, |evaluated, method| {
             let enough = if method == Method::DoubleDouble { nearly } else { normalised };
-            if found.radiosity_error > enough.of(found.radiosity) || found.radiosity_error.is_nan() {
+            if evaluated.radiosity_error > enough.allowed(evaluated.radiosity) || evaluated.radiosity_error.is_nan() {
                 return Ok(None);
             }
-            let value = self.value_of(found, method)?;
+            let value = self.value_of(evaluated, method)?;
             let is_fine = value.radiosity_error >= f64::MIN_POSITIVE
-                || value.radiosity_error <= tolerance.of(value.radiosity)
+                || value.radiosity_error <= tolerance.allowed(value.radiosity)
                 || method == Method::DoubleDouble;
             Ok(Some(value).filter(|_| is_fine))
         })?;
         match climb {
             Climb::Met(value) => Ok(value),
             #[cfg(feature = "arbitrary-precision")]
-            Climb::Last(found) => self.narrowed_value(self.rounded_value(normalised, &found)?),
+            Climb::Last(last) => self.narrowed_value(self.rounded_value(normalised, &last)?),
             #[cfg(not(feature = "arbitrary-precision"))]
-            Climb::Last(found) => self.narrowed_value(self.value_of(&found, Method::DoubleDouble)?),
+            Climb::Last(last) => self.narrowed_value(self.value_of(&last, Method::DoubleDouble)?),
         }
     }
 
-    /// The value with as many bits as it takes, rounded to a double, or what was found before where that would take too long.
+    /// The value with as many bits as it takes, rounded to a double, or the value before where that would take too long.
     #[cfg(feature = "arbitrary-precision")]
     #[cold]
     #[inline(never)]
-    fn rounded_value(&self, normalised: Tolerance, before: &Found) -> Result<Value, Error> {
+    fn rounded_value(&self, normalised: Tolerance, before: &Evaluated) -> Result<Value, Error> {
         if let Some([radiosity_error, _]) = self.below_range()? {
             return Ok(Value { radiosity: 0.0, radiosity_error, method: Method::Quadrature });
         }
         let enough = enough_for_doubles(normalised.relative);
         let absolute = Magnitude::from(0.25 * normalised.absolute);
-        let share = |found: &Enclosure| {
-            if found.radius <= absolute { Magnitude::from(0.0) } else { relative_error(from_ref(found)) }
+        let share = |enclosure: &Enclosure| {
+            if enclosure.radius <= absolute { Magnitude::from(0.0) } else { relative_error(from_ref(enclosure)) }
         };
         let find = || {
             let terms = IrradianceAndGradient::<Ball<Big>>::sum::<true, false>(self)?;
-            Some(Enclosure::of(terms.radiosity(self.receiver)))
+            Some(Enclosure::from_ball(terms.radiosity(self.receiver)))
         };
         let stays_open =
-            |found: &Enclosure| (self.is_of_one_scale() && is_nothing(from_ref(found))) || Enclosed::is_coincidence(self);
-        let found = match refined(PRECISIONS, enough, share, stays_open, find) {
+            |enclosure: &Enclosure| (self.is_of_one_scale() && is_nothing(from_ref(enclosure))) || Enclosed::is_coincidence(self);
+        let enclosure = match refined(PRECISIONS, enough, share, stays_open, find) {
             Outcome::Nothing { .. } => return Ok(Value::ZERO),
-            Outcome::Found(refined) => refined.found,
+            Outcome::Found(refined) => refined.result,
             Outcome::TooDear => return self.value_of(before, Method::DoubleDouble),
         };
-        let ([radiosity], radiosity_error) = to_doubles(from_ref(&found), self.radiosity_unit())?;
+        let ([radiosity], radiosity_error) = to_doubles(from_ref(&enclosure), self.radiosity_unit())?;
         Ok(Value { radiosity, radiosity_error, method: Method::ArbitraryPrecision })
     }
 
-    pub(super) fn value_of(&self, found: &Found, method: Method) -> Result<Value, Error> {
-        if found.radiosity == 0.0 && found.radiosity_error == 0.0 {
+    pub(super) fn value_of(&self, evaluated: &Evaluated, method: Method) -> Result<Value, Error> {
+        if evaluated.radiosity == 0.0 && evaluated.radiosity_error == 0.0 {
             return Ok(Value::ZERO);
         }
-        let ([radiosity], radiosity_error) = self.radiosity_unit().components([found.radiosity], found.radiosity_error)?;
+        let ([radiosity], radiosity_error) =
+            self.radiosity_unit().components([evaluated.radiosity], evaluated.radiosity_error)?;
         Ok(Value { radiosity, radiosity_error, method })
     }
 }

@@ -26,10 +26,10 @@ use crate::problem::polynomial::plane::InPlane;
 /// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Polynomial};
 /// let lamp = |emission| Emitter::new(Polygon::new(vec![DVec3::ZERO, DVec3::X, DVec3::Y]).unwrap(), emission);
 /// let square = Polynomial::new(DVec3::ZERO, [(1.0, [2, 0, 0])])?;
-/// let at = DVec3::new(0.5, 0.0, 0.0);
-/// assert_eq!(lamp(Emission::Constant(2.0))?.emission_at(at), 2.0);
-/// assert_eq!(lamp(Emission::gradient(2.0, DVec3::X))?.emission_at(at), 2.5);
-/// assert_eq!(lamp(Emission::Polynomial(square))?.emission_at(at), 0.25);
+/// let middle = DVec3::new(0.5, 0.0, 0.0);
+/// assert_eq!(lamp(Emission::Constant(2.0))?.emission_at(middle), 2.0);
+/// assert_eq!(lamp(Emission::gradient(2.0, DVec3::X))?.emission_at(middle), 2.5);
+/// assert_eq!(lamp(Emission::Polynomial(square))?.emission_at(middle), 0.25);
 /// # Ok::<(), radgrad_core::Error>(())
 /// ```
 #[derive(Debug, Clone, PartialEq)]
@@ -243,7 +243,7 @@ impl Emitter {
     #[must_use]
     pub fn emission_at(&self, point: DVec3) -> f64 {
         match &self.emission {
-            Emission::Polynomial(polynomial) => polynomial.at(point),
+            Emission::Polynomial(polynomial) => polynomial.value_at(point),
             Emission::Constant(_) | Emission::Linear(_) => {
                 self.affine.value + self.emission_gradient().dot(point - self.polygon.vertices()[0])
             }
@@ -426,8 +426,8 @@ fn through_vertices(polygon: &Polygon, values: &[f64]) -> Result<Affine, Error> 
     let largest = values.iter().fold(0.0, |m: f64, b| m.max(b.abs()));
     let coordinate = vertices.iter().fold(0.0, |m: f64, v| m.max(v.abs().max_element()));
     let gradient = DVec3::from(affine.gradient.map(DoubleDouble::to_f64));
-    let off = COORDINATE_ROUNDING * coordinate + polygon.precision() * most_moved(polygon);
-    let allowed = AFFINITY * largest + off * Vec3::from(gradient).length();
+    let displacement = COORDINATE_ROUNDING * coordinate + polygon.precision() * most_moved(polygon);
+    let allowed = AFFINITY * largest + displacement * Vec3::from(gradient).length();
     // Halves of halves, that do not overflow.
     let expected = |i: usize| 0.25 * values[0] + gradient.dot((vertices[i] - vertices[0]) * 0.25);
     let difference = |i: &usize| (0.25 * values[*i] - expected(*i)).abs() * 4.0;
@@ -436,11 +436,11 @@ fn through_vertices(polygon: &Polygon, values: &[f64]) -> Result<Affine, Error> 
         return Err(Error::EmissionNotAffine { index, value: values[index], expected: 4.0 * expected(index), allowed });
     }
     // Rounded differences may be 0 where values are off by as much as roundings.
-    let off = |(value, given): (Ball<DoubleDouble>, &f64)| {
-        let off = value - Ball::exact(*given);
-        off.value().abs() + off.value_error()
+    let residual = |(value, given): (Ball<DoubleDouble>, &f64)| {
+        let residual = value - Ball::exact(*given);
+        residual.value().abs() + residual.value_error()
     };
-    Ok(Affine { residual: at_vertices(polygon, affine).zip(values).map(off).fold(0.0, larger), ..affine })
+    Ok(Affine { residual: at_vertices(polygon, affine).zip(values).map(residual).fold(0.0, larger), ..affine })
 }
 
 /// How far from a vertex its value is met, where the function was affine before each coordinate moved by 1: two vertices move by

@@ -65,7 +65,7 @@ impl Shape {
 impl FanTriangle {
     /// The fan of a polygon with normal n2 whose normal errs by `normal_error`, in lengths times `power`; of a triangle, around
     /// the vertex opposite its shortest side, and with its area, known to that error and a rounding.
-    pub(crate) fn all(vertices: &[DVec3], n2: Vec3<f64>, power: f64, area: f64, normal_error: f64) -> Vec<Self> {
+    pub(crate) fn triangulate(vertices: &[DVec3], n2: Vec3<f64>, power: f64, area: f64, normal_error: f64) -> Vec<Self> {
         let from_to = |i: usize, j: usize| Vec3::from(vertices[j] - vertices[i]) * power;
         if let [_, _, _] = vertices {
             let sides = [(0, 1), (1, 2), (2, 0)].map(|(i, j)| from_to(i, j).norm_squared());

@@ -69,12 +69,12 @@ impl Polygon {
     ///
     /// ```
     /// use radgrad_core::{DVec3, Error, Polygon};
-    /// let at = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);
-    /// let arrow = [at(0.0, 0.0, 0.0), at(2.0, -1.0, 0.0), at(1.0, 0.0, 0.0), at(2.0, 1.0, 0.0)];
+    /// let point = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);
+    /// let arrow = [point(0.0, 0.0, 0.0), point(2.0, -1.0, 0.0), point(1.0, 0.0, 0.0), point(2.0, 1.0, 0.0)];
     /// assert_eq!(Polygon::new(arrow.to_vec())?.area(), 1.0); // concave is fine
-    /// let crossed = [at(0.0, 0.0, 0.0), at(1.0, 1.0, 0.0), at(1.0, 0.0, 0.0), at(0.0, 1.0, 0.0)];
+    /// let crossed = [point(0.0, 0.0, 0.0), point(1.0, 1.0, 0.0), point(1.0, 0.0, 0.0), point(0.0, 1.0, 0.0)];
     /// assert!(Polygon::new(crossed.to_vec()).is_err());
-    /// let warped = [at(0.0, 0.0, 0.0), at(1.0, 0.0, 0.0), at(1.0, 1.0, 0.1), at(0.0, 1.0, 0.0)];
+    /// let warped = [point(0.0, 0.0, 0.0), point(1.0, 0.0, 0.0), point(1.0, 1.0, 0.1), point(0.0, 1.0, 0.0)];
     /// assert!(matches!(Polygon::new(warped.to_vec()), Err(Error::NotPlanar { .. })));
     /// # Ok::<(), radgrad_core::Error>(())
     /// ```
@@ -181,10 +181,10 @@ impl Polygon {
         Ok(Self {
             is_convex: (0..projected.len()).all(|i| robust::orient2d(corner(i), corner(i + 1), corner(i + 2)) >= 0.0),
             normal: normal.into(),
-            fan: FanTriangle::all(&vertices, normal, power, 0.5 * norm, normal_error),
+            fan: FanTriangle::triangulate(&vertices, normal, power, 0.5 * norm, normal_error),
             normalised_area: 0.5 * norm,
             power,
-            four_edges: FourEdges::of(&vertices),
+            four_edges: FourEdges::in_order(&vertices),
             vertices,
             precise_normal,
             normal_error,
@@ -357,10 +357,13 @@ impl Polygon {
 pub(crate) struct FourEdges([[f64; 5]; 3]);
 
 impl FourEdges {
-    fn of(vertices: &[DVec3]) -> Vec<Self> {
+    fn in_order(vertices: &[DVec3]) -> Vec<Self> {
         let count = vertices.len();
-        let at = |axis: usize, i: usize| vertices[(i + count - 1) % count].to_array()[axis];
-        (0..count).step_by(4).map(|first| Self([0, 1, 2].map(|axis| [0, 1, 2, 3, 4].map(|i| at(axis, first + i))))).collect()
+        let coordinate = |axis: usize, i: usize| vertices[(i + count - 1) % count].to_array()[axis];
+        (0..count)
+            .step_by(4)
+            .map(|first| Self([0, 1, 2].map(|axis| [0, 1, 2, 3, 4].map(|i| coordinate(axis, first + i)))))
+            .collect()
     }
 
     /// Where the edges start.
@@ -427,7 +430,7 @@ fn without_area(vertices: &[DVec3], offsets: &[Vec3<DoubleDouble>], precision: f
 }
 
 /// Puts the ends of an edge in order along the way from the vertex before to the one after it, where it is the shortest of two edges that
-/// meet and what is between them, and so short that rounding may have exchanged its ends, or made them one: whether it is.
+/// meet and the one between them, and so short that rounding may have exchanged its ends, or made them one: whether it is.
 fn unfold(vertices: &mut [DVec3], [first, second]: [usize; 2], precision: f64) -> bool {
     let count = vertices.len();
     let next = |i: usize| (i + 1) % count;
@@ -459,7 +462,7 @@ impl Defect {
     }
 }
 
-/// Heights of the vertices over the plane through vertex 0, normalised, and what they come from.
+/// Heights of the vertices over the plane through vertex 0, normalised, and the offsets and the normal that they are computed from.
 struct Heights<'a> {
     /// The vertices from the first.
     offsets: &'a [Vec3<DoubleDouble>],
@@ -478,11 +481,11 @@ impl<'a> Heights<'a> {
     /// [`Self::explained`].
     fn defect(&self, allowed: f64, precision: f64) -> Result<f64, Defect> {
         let middle = self.heights.iter().sum::<f64>() / self.heights.len() as f64;
-        let off = |h: &f64| (h - middle).abs();
+        let deviation = |h: &f64| (h - middle).abs();
         let worst = |indices: &mut dyn Iterator<Item = usize>| {
-            indices.max_by(|&i, &j| off(&self.heights[i]).total_cmp(&off(&self.heights[j])))
+            indices.max_by(|&i, &j| deviation(&self.heights[i]).total_cmp(&deviation(&self.heights[j])))
         };
-        let mut farther = (0..self.heights.len()).filter(|&i| off(&self.heights[i]) > allowed);
+        let mut farther = (0..self.heights.len()).filter(|&i| deviation(&self.heights[i]) > allowed);
         let refused = if precision > 0.0 {
             worst(&mut farther.filter(|&i| self.heights[i].abs() > allowed + self.explained(i, precision)))
         } else {
@@ -491,7 +494,7 @@ impl<'a> Heights<'a> {
         if let Some(index) = refused {
             return Err(Defect {
                 index,
-                distance: off(&self.heights[index]),
+                distance: deviation(&self.heights[index]),
                 allowed: allowed + self.explained(index, precision),
             });
         }

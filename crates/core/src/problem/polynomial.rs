@@ -20,7 +20,7 @@ use crate::error::Error;
 /// use radgrad_core::{DVec3, Monomial, Polynomial};
 /// let product = Polynomial::new(DVec3::ZERO, [(3.0, [1, 1, 0])])?; // 3 x y
 /// assert_eq!(product.terms(), [Monomial { coefficient: 3.0, powers: [1, 1, 0] }]);
-/// assert_eq!(product.at(DVec3::new(2.0, 5.0, 7.0)), 30.0);
+/// assert_eq!(product.value_at(DVec3::new(2.0, 5.0, 7.0)), 30.0);
 /// # Ok::<(), radgrad_core::Error>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -40,7 +40,7 @@ pub struct Monomial {
 /// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Polynomial, Receiver, evaluate};
 /// // A disc lamp's profile, brightest above the origin: 4 - 2 dx^2 - 2 dy^2.
 /// let profile = Polynomial::new(DVec3::Z, [(4.0, [0, 0, 0]), (-2.0, [2, 0, 0]), (-2.0, [0, 2, 0])])?;
-/// assert_eq!(profile.at(DVec3::new(1.0, 0.5, 1.0)), 1.5);
+/// assert_eq!(profile.value_at(DVec3::new(1.0, 0.5, 1.0)), 1.5);
 /// let corners = [(-1.0, -1.0), (-1.0, 1.0), (1.0, 1.0), (1.0, -1.0)].map(|(x, y)| DVec3::new(x, y, 1.0));
 /// let lamp = Emitter::new(Polygon::new(corners.to_vec())?, Emission::Polynomial(profile))?;
 /// let answer = evaluate(&Receiver::new(DVec3::ZERO, DVec3::Z, 1.0)?, &lamp, &[])?;
@@ -71,7 +71,7 @@ impl Polynomial {
     /// ```
     /// use radgrad_core::{DVec3, Polynomial};
     /// let parabola = Polynomial::new(DVec3::X, [(4.0, [0, 0, 0]), (-2.0, [2, 0, 0])])?; // 4 - 2 (x - 1)^2
-    /// assert_eq!((parabola.at(DVec3::X), parabola.at(DVec3::ZERO)), (4.0, 2.0));
+    /// assert_eq!((parabola.value_at(DVec3::X), parabola.value_at(DVec3::ZERO)), (4.0, 2.0));
     /// assert!(Polynomial::new(DVec3::ZERO, [(f64::NAN, [0, 0, 0])]).is_err());
     /// # Ok::<(), radgrad_core::Error>(())
     /// ```
@@ -114,7 +114,7 @@ impl Polynomial {
     /// # use radgrad_core::{DVec3, Polynomial};
     /// let twice = Polynomial::new(DVec3::ZERO, [(1.0, [0, 0, 1]), (2.0, [0, 0, 1])])?;
     /// assert_eq!(twice.terms().len(), 2); // kept apart, though they add up
-    /// assert_eq!(twice.at(DVec3::Z), 3.0);
+    /// assert_eq!(twice.value_at(DVec3::Z), 3.0);
     /// # Ok::<(), radgrad_core::Error>(())
     /// ```
     #[must_use]
@@ -139,11 +139,11 @@ impl Polynomial {
     /// ```
     /// # use radgrad_core::{DVec3, Polynomial};
     /// let profile = Polynomial::new(DVec3::Z, [(1.0, [0, 0, 0]), (0.5, [1, 0, 2])])?; // 1 + x (z - 1)^2 / 2
-    /// assert_eq!(profile.at(DVec3::new(2.0, 0.0, 4.0)), 10.0);
+    /// assert_eq!(profile.value_at(DVec3::new(2.0, 0.0, 4.0)), 10.0);
     /// # Ok::<(), radgrad_core::Error>(())
     /// ```
     #[must_use]
-    pub fn at(&self, point: DVec3) -> f64 {
+    pub fn value_at(&self, point: DVec3) -> f64 {
         let r = (point - self.origin).to_array();
         self.terms.iter().map(|term| term.coefficient * product(r, term.powers)).sum()
     }

@@ -12,25 +12,25 @@ pub(crate) type Few<T> = SmallVec<[T; 4]>;
 /// Vertex indices of each part, in the polygon's order.
 pub(crate) fn convex_parts(polygon: &Polygon) -> SmallVec<[Few<usize>; 1]> {
     let count = polygon.vertices().len();
-    let mut rest: Few<usize> = (0..count).collect();
+    let mut remaining: Few<usize> = (0..count).collect();
     if polygon.is_convex() {
-        return smallvec![rest];
+        return smallvec![remaining];
     }
     let points = polygon.projected();
     let mut parts = SmallVec::with_capacity(count - 2);
-    let mut ears: Vec<bool> = (0..count).map(|k| is_ear(&points, &rest, k)).collect();
-    while rest.len() > 3 {
+    let mut ears: Vec<bool> = (0..count).map(|k| is_ear(&points, &remaining, k)).collect();
+    while remaining.len() > 3 {
         // A simple polygon always has an ear; were rounding in the projection to hide it, the flattest corner is cut.
         let ear = ears.iter().position(|is_ear| *is_ear).unwrap_or(0);
-        parts.push(SmallVec::from_slice(&corner(&rest, ear)));
-        rest.remove(ear);
+        parts.push(SmallVec::from_slice(&corner(&remaining, ear)));
+        remaining.remove(ear);
         ears.remove(ear);
-        // No other corner becomes or ceases to be an ear: the diagonals of the others are inside what is left if they were inside before.
-        for k in [(ear + rest.len() - 1) % rest.len(), ear % rest.len()] {
-            ears[k] = is_ear(&points, &rest, k);
+        // No other corner becomes or ceases to be an ear: the diagonals of the others are inside the remaining polygon if they were inside before.
+        for k in [(ear + remaining.len() - 1) % remaining.len(), ear % remaining.len()] {
+            ears[k] = is_ear(&points, &remaining, k);
         }
     }
-    parts.push(rest);
+    parts.push(remaining);
     // A corner on a straight run has no area and no boundary of its own.
     parts.retain(|part: &mut Few<usize>| turn(&points, part[0], part[1], part[2]) > 0.0);
     parts
@@ -41,17 +41,17 @@ fn turn(points: &[Coord<f64>], a: usize, b: usize, c: usize) -> f64 {
 }
 
 /// Vertex `k` of the rest between its neighbours.
-fn corner(rest: &[usize], k: usize) -> [usize; 3] {
-    let count = rest.len();
-    [rest[(k + count - 1) % count], rest[k], rest[(k + 1) % count]]
+fn corner(remaining: &[usize], k: usize) -> [usize; 3] {
+    let count = remaining.len();
+    [remaining[(k + count - 1) % count], remaining[k], remaining[(k + 1) % count]]
 }
 
 /// Whether the corner can be cut off: it turns left, or runs straight, and no other vertex is in its triangle.
-fn is_ear(points: &[Coord<f64>], rest: &[usize], k: usize) -> bool {
-    let [a, b, c] = corner(rest, k);
+fn is_ear(points: &[Coord<f64>], remaining: &[usize], k: usize) -> bool {
+    let [a, b, c] = corner(remaining, k);
     let turning = turn(points, a, b, c);
     turning > 0.0
-        && rest
+        && remaining
             .iter()
             .filter(|&&p| p != a && p != b && p != c)
             .all(|&p| turn(points, a, b, p) < 0.0 || turn(points, b, c, p) < 0.0 || turn(points, c, a, p) < 0.0)

@@ -254,17 +254,17 @@ fn past_occluders_batches_agree_with_the_scalar_path_within_both_bounds() {
         let points = points(&mut random, lamp.polygon(), 300);
         let (wide, narrow) = (Points::new(&points, |v| v), Points::new(&points, narrow));
         let engine = Engine::new().threads();
-        engine.evaluate_past(&wide.receivers(), &lamp, &screens, 1e-8, &mut double).unwrap();
-        engine.evaluate_past(&narrow.receivers(), &lamp, &screens, 1e-8, &mut float).unwrap();
-        engine.radiosity_past(&wide.receivers(), &lamp, &screens, 1e-8, &mut value).unwrap();
+        engine.evaluate_occluded(&wide.receivers(), &lamp, &screens, 1e-8, &mut double).unwrap();
+        engine.evaluate_occluded(&narrow.receivers(), &lamp, &screens, 1e-8, &mut float).unwrap();
+        engine.radiosity_occluded(&wide.receivers(), &lamp, &screens, 1e-8, &mut value).unwrap();
         engine.evaluate_to(&wide.receivers(), &lamp, 1e-8, &mut free).unwrap();
         for (i, point) in points.iter().enumerate() {
             let place = || format!("emitter {kind}, receiver {i}: {point:?}");
             let truth = evaluate(&receiver(*point), &lamp, screens.iter().copied()).unwrap();
             agrees(&double, i, &truth, &place);
             agrees(&float, i, &truth, &place);
-            let off = (value.radiosity[i] - truth.radiosity).abs();
-            assert!(off <= value.radiosity_error[i] + truth.radiosity_error, "{}", place());
+            let error = (value.radiosity[i] - truth.radiosity).abs();
+            assert!(error <= value.radiosity_error[i] + truth.radiosity_error, "{}", place());
             hidden += usize::from((free.radiosity[i] - truth.radiosity).abs() > free.radiosity_error[i] + truth.radiosity_error);
             same += usize::from(entry(&free, i) == entry(&double, i) && free.radiosity[i] != 0.0);
         }
@@ -292,16 +292,16 @@ fn many_emitters_agree_with_the_scalar_path_within_both_bounds() {
     let mut counts = [0; 4];
     for (k, lamp) in (0..40).zip(lamps.iter().cycle().skip(3)) {
         for (m, point) in points(&mut random, lamp.polygon(), 10).into_iter().enumerate() {
-            let seen = receiver(point);
-            Engine::new().each_to(&seen, &wide, [1e-9, 1e-3, 1e-5][m % 3], &mut double).unwrap();
-            Engine::new().each_to(&seen, &narrow, 1e-4, &mut float).unwrap();
-            let found = double.counts;
-            assert_eq!(found.doubled, 0);
-            for (sum, count) in counts.iter_mut().zip([found.zero, found.whole, found.clipped, found.single]) {
+            let point = receiver(point);
+            Engine::new().each_to(&point, &wide, [1e-9, 1e-3, 1e-5][m % 3], &mut double).unwrap();
+            Engine::new().each_to(&point, &narrow, 1e-4, &mut float).unwrap();
+            let methods = double.counts;
+            assert_eq!(methods.doubled, 0);
+            for (sum, count) in counts.iter_mut().zip([methods.zero, methods.whole, methods.clipped, methods.single]) {
                 *sum += count;
             }
             for (i, lamp) in lamps.iter().enumerate() {
-                let truth = evaluate(&seen, lamp, &[]).unwrap();
+                let truth = evaluate(&point, lamp, &[]).unwrap();
                 agrees(&double, i, &truth, &|| format!("receiver {k}: {point:?}, emitter {i}"));
                 agrees(&float, i, &truth, &|| format!("receiver {k}: {point:?}, emitter {i}, single precision"));
             }
@@ -358,9 +358,9 @@ fn instruction_sets_and_threads_give_the_same_digits() {
             let (mut double, mut float) = (Answers::new(), Answers::new());
             engine.evaluate_to(&wide.receivers(), &lamp, 1e-9, &mut double).unwrap();
             engine.radiosity_and_gradient(&narrow.receivers(), &lamp, &mut float).unwrap();
-            let all = (bits(&double), float, double.counts);
-            let first = first.get_or_insert_with(|| all.clone());
-            assert!(*first == all, "{engine:?}, emitter {kind}");
+            let digits = (bits(&double), float, double.counts);
+            let first = first.get_or_insert_with(|| digits.clone());
+            assert!(*first == digits, "{engine:?}, emitter {kind}");
         }
     }
 }
@@ -376,13 +376,13 @@ fn an_answer_does_not_depend_on_its_neighbours() {
             Engine::new().evaluate_to(&Points::new(points, |v| v).receivers(), &lamp, 1e-9, &mut answers).unwrap();
             answers
         };
-        let all = answers(&points);
+        let batch = answers(&points);
         for (start, length) in
             [(0, 1), (7, 1), (1, 2), (3, 5), (8, 15), (5, 16), (0, 17), (100, 127), (9, 128), (9, 129), (1, 299)]
         {
             let some = answers(&points[start..start + length]);
             for i in 0..length {
-                assert_eq!(entry(&some, i), entry(&all, start + i), "{start} {length}: {i}");
+                assert_eq!(entry(&some, i), entry(&batch, start + i), "{start} {length}: {i}");
             }
         }
         assert_eq!(answers(&[]).radiosity, Vec::<f64>::new());

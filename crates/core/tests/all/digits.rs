@@ -86,12 +86,12 @@ fn screens() -> [Polygon; 2] {
 #[test]
 fn the_corner_of_a_square_has_its_known_form_factor_to_a_hundred_digits() {
     // atan(1/sqrt 2) / (pi sqrt 2)
-    let known =
+    let published =
         "0.138531605994892996780769708634475679730737394849014117310118299684577711776783544865953863908507945798889146788683";
     let square = polygon(&[[0.0, 0.0, 1.0], [0.0, 1.0, 1.0], [1.0, 1.0, 1.0], [1.0, 0.0, 1.0]]);
     let corner = Receiver::new(DVec3::ZERO, DVec3::Z, 1.0).unwrap();
     let answer = evaluate_digits(&corner, &Emitter::new(square, Emission::Constant(1.0)).unwrap(), &[], 100).unwrap();
-    let error = difference(&number(&answer.radiosity), &number(known)).abs();
+    let error = difference(&number(&answer.radiosity), &number(published)).abs();
     assert!(at_most(&error, &number(&answer.radiosity_error)) && at_most(&error, &number("1.4e-101")));
     assert!(keeps_its_promise(&answer, 100));
 }
@@ -233,10 +233,10 @@ fn a_power_of_two_scales_the_digits_exactly() {
 fn four_vertices_exactly_in_one_plane_have_all_digits_and_others_say_that_they_have_not() {
     // A plane with coefficients that are sums of few powers of two, and emission by an affine function of that kind.
     let corners = [[-1.0, -1.0], [1.0, -1.0], [1.5, 1.0], [-1.0, 0.5]];
-    let lifted = |off: f64| {
+    let lifted = |height: f64| {
         let vertices = corners.map(|[x, y]| DVec3::new(x, y, 2.0 + 0.25 * x - 0.125 * y));
         let mut vertices: Vec<DVec3> = vertices.into_iter().rev().collect();
-        vertices[0].z += off;
+        vertices[0].z += height;
         let values = vertices.iter().map(|v| 1.0 + 0.5 * v.x + 0.25 * v.y).collect();
         Emitter::new(Polygon::new(vertices).unwrap(), Emission::at_vertices(values)).unwrap()
     };
@@ -275,8 +275,8 @@ fn a_number_of_digits_that_is_not_served_is_refused() {
         let refused = evaluate_digits(&receiver(UP), &lamp(linear()), &[], digits);
         assert_eq!(refused, Err(Error::Digits { value: digits, most: MOST_DIGITS }));
     }
-    let all = evaluate_digits(&receiver(UP), &lamp(Emission::Constant(1.0)), &[], MOST_DIGITS).unwrap();
-    assert!(all.radiosity.len() > 1000 && all.bits >= 3322);
+    let thousand = evaluate_digits(&receiver(UP), &lamp(Emission::Constant(1.0)), &[], MOST_DIGITS).unwrap();
+    assert!(thousand.radiosity.len() > 1000 && thousand.bits >= 3322);
 }
 
 /// Emission that is odd over a square above a receiver in the middle: nothing is left of the value, all of the gradient.
@@ -310,9 +310,9 @@ fn what_costs_much_takes_no_more_than_is_allowed() {
     let lamp = Emitter::new(disc, Emission::gradient(1e-280, DVec3::new(1.0, 0.5, 0.0))).unwrap();
     let receiver = Receiver::new(DVec3::new(0.0, 0.0, -1e-300), DVec3::new(1.0, 1e-290, 1e-300), 1.0).unwrap();
     // As much as there may be for an answer, and two thousandth parts more for doubles; and where less is allowed it takes less.
-    for most in [16_032_000_000, MOST_OPERATIONS] {
-        let (answer, operations) = effort::within(most, || evaluate_to(&receiver, &lamp, &[], 1e-15).unwrap());
-        let answer = answer.unwrap_or_else(|| panic!("{operations} operations of {most}"));
+    for limit in [16_032_000_000, MOST_OPERATIONS] {
+        let (answer, operations) = effort::within(limit, || evaluate_to(&receiver, &lamp, &[], 1e-15).unwrap());
+        let answer = answer.unwrap_or_else(|| panic!("{operations} operations of {limit}"));
         assert!(answer.radiosity_error.is_finite(), "{operations} operations: {answer:?}");
     }
 }
@@ -350,7 +350,7 @@ fn walls_on_the_floor_of_the_receiver_have_all_digits() {
         // One that stands beside it, every other time.
         let beside = if case / 12 % 2 == 0 { None } else { polygon(&[q, r, r + up, q + up]).ok() };
         let walls: Vec<&Polygon> = std::iter::once(&wall).chain(&beside).collect();
-        // A wall that is not flat hides what its surface is chosen to hide where it meets the lamp's plane, or is seen edge-on.
+        // The shadow of a wall that is not flat depends on the choice of its surface where it meets the lamp's plane, or is seen edge-on.
         let height = |v: &DVec3| lamp.normal().dot(*v - lamp.vertices()[0]);
         let is_open = |wall: &&Polygon| {
             let heights = || wall.vertices().iter().map(height);
@@ -373,8 +373,8 @@ fn walls_on_the_floor_of_the_receiver_have_all_digits() {
             "case {case}: {answer:?}, {digits:?}"
         );
         let slope = DVec3::from([0, 1, 2].map(|axis| digits.gradient[axis].parse::<f64>().unwrap()));
-        let off = (answer.gradient - slope).length();
-        assert!(off <= answer.gradient_error + 1e-15 * slope.length(), "case {case}: {answer:?}, {digits:?}");
+        let error = (answer.gradient - slope).length();
+        assert!(error <= answer.gradient_error + 1e-15 * slope.length(), "case {case}: {answer:?}, {digits:?}");
         shaded += usize::from(truth < 0.999 * evaluate(&receiver, &lamp, []).unwrap().radiosity);
     }
     assert!(shaded * 20 > cases, "{shaded} of {cases}");

@@ -10,10 +10,10 @@ fn vector(random: &mut ChaCha8Rng) -> DVec3 {
 
 /// A patch `corner + u a + v b` in `side` by `side` cells, of triangles or of quadrilaterals, each with its own emission.
 fn patch(lamps: &mut Vec<Emitter>, place: impl Fn(f64, f64) -> DVec3, side: usize, triangles: bool, random: &mut ChaCha8Rng) {
-    let at = |i: usize, j: usize| place(i as f64 / side as f64, j as f64 / side as f64);
+    let vertex = |i: usize, j: usize| place(i as f64 / side as f64, j as f64 / side as f64);
     for i in 0..side {
         for j in 0..side {
-            let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+            let [a, b, c, d] = [vertex(i, j), vertex(i + 1, j), vertex(i + 1, j + 1), vertex(i, j + 1)];
             let cells = if triangles { vec![vec![a, b, c], vec![a, c, d]] } else { vec![vec![a, b, c, d]] };
             for vertices in cells {
                 if let Ok(polygon) = Polygon::new(vertices) {
@@ -111,8 +111,8 @@ fn nearest_to_its_bound(lamps: &[Emitter], points: &[(DVec3, DVec3)]) -> f64 {
             closest = closest.max(share);
         }
         println!("{tolerance:e}: {tally:?}");
-        let all = tally.below + tally.behind + tally.weak + tally.together + tally.alone;
-        assert_eq!(all, (points.len() * lamps.len()) as u64, "every emitter is in one count");
+        let decided = tally.below + tally.behind + tally.weak + tally.together + tally.alone;
+        assert_eq!(decided, (points.len() * lamps.len()) as u64, "every emitter is in one count");
         assert!(tolerance < 1e-5 || tally.together > tally.alone, "{tally:?}");
     }
     println!("nearest to its bound: {closest:.3}");
@@ -162,9 +162,9 @@ fn a_thousand_receivers_of_a_hundred_thousand_emitters_cost_a_twentieth_of_all_p
         assert!((answers.radiosity[i] - truth).abs() <= answers.radiosity_error[i] + error);
         assert!(answers.radiosity_error[i] <= 1e-6 * mean);
     }
-    let all = (lamps.len() * points.len()) as u64;
-    println!("{} emitters: {tally:?}, {:.1} times fewer", lamps.len(), all as f64 / (tally.alone + tally.far_fields) as f64);
-    assert!(lamps.len() >= 100_000 && 20 * (tally.alone + tally.far_fields) <= all, "{tally:?}");
+    let pairs = (lamps.len() * points.len()) as u64;
+    println!("{} emitters: {tally:?}, {:.1} times fewer", lamps.len(), pairs as f64 / (tally.alone + tally.far_fields) as f64);
+    assert!(lamps.len() >= 100_000 && 20 * (tally.alone + tally.far_fields) <= pairs, "{tally:?}");
 }
 
 #[test]

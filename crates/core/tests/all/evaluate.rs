@@ -1,4 +1,4 @@
-//! The evaluating functions agree: the plain closed form has the digits of the certified one, and each refuses what it must.
+//! The evaluating functions agree: the plain closed form has the digits of the certified one, and each refuses wrong input.
 
 use radgrad_core::{
     DVec3, Emission, Emitter, Error, Method, Polygon, Receiver, evaluate, evaluate_to, gradient, irradiance_vector, radiosity,

@@ -19,7 +19,7 @@ fn concave() -> Emitter {
     facing_down(&[[-0.9, -0.8, 1.0], [0.8, -0.7, 1.0], [0.1, 0.0, 1.0], [0.7, 0.9, 1.0], [-0.8, 0.6, 1.0]])
 }
 
-fn at(position: DVec3, normal: DVec3) -> Receiver {
+fn receiver_at(position: DVec3, normal: DVec3) -> Receiver {
     Receiver::new(position, normal, 0.7).unwrap()
 }
 
@@ -29,18 +29,18 @@ fn norm(m: DMat3) -> f64 {
 
 /// Central differences of the gradient of orders 2, 4, 6 by Richardson's extrapolation.
 fn by_differences(x: DVec3, normal: DVec3, emitter: &Emitter, step: f64) -> DMat3 {
-    by_differences_past(x, normal, (emitter, &[]), step, 1e-16)
+    by_differences_occluded(x, normal, (emitter, &[]), step, 1e-16)
 }
 
 /// The same past occluders, of gradients to a tolerance.
-fn by_differences_past(
+fn by_differences_occluded(
     x: DVec3,
     normal: DVec3,
     (emitter, occluders): (&Emitter, &[Polygon]),
     step: f64,
     tolerance: f64,
 ) -> DMat3 {
-    let gradient = |x: DVec3| evaluate_to(&at(x, normal), emitter, occluders, tolerance).unwrap().gradient;
+    let gradient = |x: DVec3| evaluate_to(&receiver_at(x, normal), emitter, occluders, tolerance).unwrap().gradient;
     let along = |axis: DVec3| {
         let central = |step: f64| (gradient(x + axis * step) - gradient(x - axis * step)) / (2.0 * step);
         let [one, two, four] = [step, 2.0 * step, 4.0 * step].map(central);
@@ -57,10 +57,10 @@ fn they_are_the_differences_of_the_gradient_clipped_or_not() {
             [DVec3::new(0.1, 0.2, 1.0), DVec3::new(1.0, -0.3, 0.2), DVec3::new(-0.2, 1.0, 0.0), DVec3::new(0.5, -0.7, 0.5)]
         {
             for position in [DVec3::new(0.2, -0.1, 0.0), DVec3::new(-0.05, 0.15, 0.9), DVec3::new(1.7, 0.4, 0.3)] {
-                let answer = hessian_to(&at(position, normal), &emitter, &[], 1e-12).unwrap();
+                let answer = hessian_to(&receiver_at(position, normal), &emitter, &[], 1e-12).unwrap();
                 let difference = by_differences(position, normal, &emitter, 2e-3 * (1.0 - position.z));
-                let off = norm(answer.matrix - difference);
-                assert!(off <= 2e-8 * norm(difference), "{position} {normal}: {answer:?} {difference}, off by {off:e}");
+                let error = norm(answer.matrix - difference);
+                assert!(error <= 2e-8 * norm(difference), "{position} {normal}: {answer:?} {difference}, off by {error:e}");
                 assert!(answer.meets(1e-12));
             }
         }
@@ -73,7 +73,7 @@ fn they_hold_near_contact() {
     for (position, height) in [(DVec3::new(-0.3, 0.1, 1.0), 1e-4), (DVec3::new(-0.3, -0.73, 1.0), 1e-3)] {
         let position = position - DVec3::Z * height;
         let normal = DVec3::new(0.9, 0.3, 0.2);
-        let answer = hessian_to(&at(position, normal), &concave(), &[], 1e-13).unwrap();
+        let answer = hessian_to(&receiver_at(position, normal), &concave(), &[], 1e-13).unwrap();
         let difference = by_differences(position, normal, &concave(), 2e-3 * height);
         assert!(norm(answer.matrix - difference) <= 1e-7 * norm(difference), "{answer:?} {difference}");
         assert!(answer.meets(1e-13));
@@ -85,9 +85,11 @@ fn they_hold_near_contact() {
 #[test]
 fn the_flux_of_the_whole_emitter_has_no_divergence() {
     let emitter = facing_down(&[[1.0, 1.1, 1.4], [1.5, 0.9, 1.2], [1.2, 1.6, 1.3]]);
-    let gradient_of_divergence: DVec3 =
-        DVec3::AXES.into_iter().map(|n1| hessian_to(&at(DVec3::ZERO, n1), &emitter, &[], 1e-15).unwrap().matrix * n1).sum();
-    let size = norm(hessian(&at(DVec3::ZERO, DVec3::Z), &emitter).unwrap());
+    let gradient_of_divergence: DVec3 = DVec3::AXES
+        .into_iter()
+        .map(|n1| hessian_to(&receiver_at(DVec3::ZERO, n1), &emitter, &[], 1e-15).unwrap().matrix * n1)
+        .sum();
+    let size = norm(hessian(&receiver_at(DVec3::ZERO, DVec3::Z), &emitter).unwrap());
     assert!(gradient_of_divergence.length() <= 1e-15 * size, "{gradient_of_divergence}, {size}");
 }
 
@@ -95,10 +97,10 @@ fn the_flux_of_the_whole_emitter_has_no_divergence() {
 fn the_matrix_turns_with_the_scene() {
     // A cyclic change of the axes is exact.
     let turned = |v: DVec3| DVec3::new(v.z, v.x, v.y);
-    let receiver = at(DVec3::new(0.2, -0.1, 0.0), DVec3::new(1.0, -0.3, 0.2));
+    let receiver = receiver_at(DVec3::new(0.2, -0.1, 0.0), DVec3::new(1.0, -0.3, 0.2));
     let vertices = triangle().polygon().vertices().iter().map(|v| turned(*v)).collect();
     let emitter = Emitter::new(Polygon::new(vertices).unwrap(), Emission::Constant(2.5)).unwrap();
-    let there = hessian(&at(turned(receiver.position()), turned(receiver.normal())), &emitter).unwrap();
+    let there = hessian(&receiver_at(turned(receiver.position()), turned(receiver.normal())), &emitter).unwrap();
     let here = hessian(&receiver, &triangle()).unwrap();
     let columns = [here.z_axis, here.x_axis, here.y_axis].map(turned);
     assert!(norm(there - DMat3::from_cols(columns[0], columns[1], columns[2])) < 1e-14 * norm(here));
@@ -109,7 +111,7 @@ fn scaling_a_scene_by_a_power_of_two_scales_the_digits() {
     let answer_at = |power: f64| -> Hessian {
         let vertices = triangle().polygon().vertices().iter().map(|v| *v * power).collect();
         let emitter = Emitter::new(Polygon::new(vertices).unwrap(), Emission::Constant(2.5)).unwrap();
-        hessian_to(&at(DVec3::new(0.2, -0.1, 0.0) * power, DVec3::new(1.0, -0.3, 0.2)), &emitter, &[], 1e-12).unwrap()
+        hessian_to(&receiver_at(DVec3::new(0.2, -0.1, 0.0) * power, DVec3::new(1.0, -0.3, 0.2)), &emitter, &[], 1e-12).unwrap()
     };
     let unscaled = answer_at(1.0);
     for exponent in [-450, -37, 41, 450] {
@@ -124,7 +126,7 @@ fn scaling_a_scene_by_a_power_of_two_scales_the_digits() {
 fn bounds_hold_between_the_precisions() {
     for normal in [DVec3::new(0.1, 0.2, 1.0), DVec3::new(1.0, -0.3, 0.2)] {
         for distance in [1.0, 30.0, 1e3] {
-            let receiver = at(DVec3::new(0.2, -0.1, 1.0 - distance), normal + DVec3::Z * (distance - 1.0));
+            let receiver = receiver_at(DVec3::new(0.2, -0.1, 1.0 - distance), normal + DVec3::Z * (distance - 1.0));
             let [rough, fine] = [1.0, 0.0].map(|tolerance| hessian_to(&receiver, &triangle(), &[], tolerance).unwrap());
             assert_eq!(rough.matrix, hessian(&receiver, &triangle()).unwrap());
             assert_eq!((rough.method, fine.method), (Method::ClosedForm, Method::DoubleDouble));
@@ -155,12 +157,12 @@ fn an_emission_that_varies_has_them_too_clipped_or_not() {
         for emitter in varying(polygon) {
             for normal in [DVec3::new(0.1, 0.2, 1.0), DVec3::new(1.0, -0.3, 0.2), DVec3::new(-0.2, 1.0, 0.0)] {
                 for position in [DVec3::new(0.2, -0.1, 0.0), DVec3::new(-0.05, 0.15, 0.9), DVec3::new(1.7, 0.4, 0.3)] {
-                    let answer = hessian_to(&at(position, normal), &emitter, &[], 1e-12).unwrap();
+                    let answer = hessian_to(&receiver_at(position, normal), &emitter, &[], 1e-12).unwrap();
                     let difference = by_differences(position, normal, &emitter, 2e-3 * (1.0 - position.z));
-                    let off = norm(answer.matrix - difference);
-                    assert!(off <= 1e-7 * norm(difference), "{position} {normal}: {answer:?} {difference}, off by {off:e}");
+                    let error = norm(answer.matrix - difference);
+                    assert!(error <= 1e-7 * norm(difference), "{position} {normal}: {answer:?} {difference}, off by {error:e}");
                     assert!(answer.meets(1e-12), "{answer:?}");
-                    let plain = hessian(&at(position, normal), &emitter).unwrap();
+                    let plain = hessian(&receiver_at(position, normal), &emitter).unwrap();
                     assert!(norm(plain - answer.matrix) <= 1e-9 * norm(plain), "{plain} {answer:?}");
                 }
             }
@@ -178,22 +180,22 @@ fn an_emission_that_varies_has_them_past_occluders() {
     for emitter in varying(concave().polygon()) {
         for (normal, occluders) in [(DVec3::new(0.1, 0.2, 1.0), &screens[..1]), (DVec3::new(1.0, -0.3, 0.2), &screens[..])] {
             let position = DVec3::new(0.02, -0.1, 0.0);
-            let answer = hessian_to(&at(position, normal), &emitter, occluders, 1e-12).unwrap();
-            let difference = by_differences_past(position, normal, (&emitter, occluders), 1e-3, 1e-15);
-            let off = norm(answer.matrix - difference);
-            assert!(off <= 1e-6 * norm(difference), "{normal}: {answer:?} {difference}, off by {off:e}");
+            let answer = hessian_to(&receiver_at(position, normal), &emitter, occluders, 1e-12).unwrap();
+            let difference = by_differences_occluded(position, normal, (&emitter, occluders), 1e-3, 1e-15);
+            let error = norm(answer.matrix - difference);
+            assert!(error <= 1e-6 * norm(difference), "{normal}: {answer:?} {difference}, off by {error:e}");
             assert!(answer.meets(1e-12), "{answer:?}");
         }
     }
 }
 
-/// Each rung's bound against what 8448 bits give, in contact, far away and in the middle.
+/// Each rung's bound against the value of 8448 bits, in contact, far away and in the middle.
 #[test]
 fn bounds_of_an_emission_that_varies_hold_between_the_precisions() {
     for emitter in varying(triangle().polygon()) {
         for normal in [DVec3::new(0.1, 0.2, 1.0), DVec3::new(1.0, -0.3, 0.2)] {
             for height in [1e-5, 0.02, 1.0, 30.0] {
-                let receiver = at(DVec3::new(-0.2, -0.05, 1.15 - height), normal);
+                let receiver = receiver_at(DVec3::new(-0.2, -0.05, 1.15 - height), normal);
                 let Ok(exact) = hessian_to(&receiver, &emitter, &[], 0.0) else { panic!() };
                 for tolerance in [1.0, 1e-3, 1e-9] {
                     let rough = hessian_to(&receiver, &emitter, &[], tolerance).unwrap();
@@ -211,14 +213,14 @@ fn bounds_of_an_emission_that_varies_hold_between_the_precisions() {
 fn a_constant_as_a_polynomial_has_the_same() {
     let polynomial = Polynomial::new(DVec3::ZERO, [(2.5, [0, 0, 0]), (0.0, [2, 1, 0])]).unwrap();
     let emitter = Emitter::new(concave().polygon().clone(), Emission::Polynomial(polynomial)).unwrap();
-    let receiver = at(DVec3::new(0.2, -0.1, 0.0), DVec3::new(1.0, -0.3, 0.2));
+    let receiver = receiver_at(DVec3::new(0.2, -0.1, 0.0), DVec3::new(1.0, -0.3, 0.2));
     let [one, other] = [&emitter, &concave()].map(|emitter| hessian_to(&receiver, emitter, &[], 1e-13).unwrap());
     assert!(norm(one.matrix - other.matrix) <= one.error + other.error);
 }
 
 #[test]
 fn what_sees_nothing_has_none() {
-    let away = at(DVec3::new(0.2, -0.1, 0.0), DVec3::NEG_Z);
+    let away = receiver_at(DVec3::new(0.2, -0.1, 0.0), DVec3::NEG_Z);
     for emitter in varying(triangle().polygon()).into_iter().chain([triangle()]) {
         let dark = hessian_to(&away, &emitter, &[], 1e-12).unwrap();
         assert_eq!((dark.matrix, dark.error, dark.method), (DMat3::ZERO, 0.0, Method::Zero));

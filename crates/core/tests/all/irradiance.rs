@@ -28,14 +28,15 @@ fn its_components_are_the_radiosities_of_receivers_within_the_bounds() {
         for occluders in [&[][..], &screens] {
             for tolerance in [1.0, 1e-9, 1e-15, 0.0] {
                 let receiver = Receiver::new(DVec3::new(0.1, 0.2, 0.0), DVec3::Z, 1.0).unwrap();
-                let found = irradiance_vector_to(&receiver, &emitter, occluders, tolerance).unwrap();
-                assert!(found.meets(tolerance.max(1.2e-16)) && found.error > 0.0, "{found:?}");
+                let irradiance = irradiance_vector_to(&receiver, &emitter, occluders, tolerance).unwrap();
+                assert!(irradiance.meets(tolerance.max(1.2e-16)) && irradiance.error > 0.0, "{irradiance:?}");
                 for normal in [DVec3::Z, DVec3::new(0.2, -0.1, 1.0), DVec3::new(-0.1, -0.2, 1.0)] {
                     let turned = Receiver::new(receiver.position(), normal, 1.0).unwrap();
                     let answer = evaluate_to(&turned, &emitter, occluders, 1e-15).unwrap();
-                    let radiosity = turned.normal().dot(found.vector) / PI;
-                    let allowed = found.error / PI + answer.radiosity_error + 4.0 * f64::EPSILON * found.vector.length();
-                    assert!((radiosity - answer.radiosity).abs() <= allowed, "{radiosity} {answer:?} {found:?}");
+                    let radiosity = turned.normal().dot(irradiance.vector) / PI;
+                    let allowed =
+                        irradiance.error / PI + answer.radiosity_error + 4.0 * f64::EPSILON * irradiance.vector.length();
+                    assert!((radiosity - answer.radiosity).abs() <= allowed, "{radiosity} {answer:?} {irradiance:?}");
                 }
             }
         }
@@ -48,12 +49,12 @@ fn where_digits_cancel_more_bits_answer() {
     let sliver = polygon(&[[0.0, 0.0, 1e4], [0.0, 1.0, 1e4], [1e-9, 0.0, 1e4]]);
     let emitter = Emitter::new(sliver, Emission::Constant(1.0)).unwrap();
     let receiver = Receiver::new(DVec3::new(3.0, 2.0, 0.0), DVec3::new(0.1, 0.0, 1.0), 0.0).unwrap();
-    let found = irradiance_vector_to(&receiver, &emitter, &[], 1e-14).unwrap();
-    assert!(found.meets(1e-14) && found.method != Method::ClosedForm, "{found:?}");
+    let irradiance = irradiance_vector_to(&receiver, &emitter, &[], 1e-14).unwrap();
+    assert!(irradiance.meets(1e-14) && irradiance.method != Method::ClosedForm, "{irradiance:?}");
     // Its area over the square of the distance, towards it.
-    assert!((found.vector.z - 5e-18).abs() < 1e-6 * 5e-18, "{found:?}");
+    assert!((irradiance.vector.z - 5e-18).abs() < 1e-6 * 5e-18, "{irradiance:?}");
     let plain = irradiance_vector(&receiver, &emitter).unwrap();
-    assert!((plain - found.vector).length() <= 1e-9 * found.vector.length());
+    assert!((plain - irradiance.vector).length() <= 1e-9 * irradiance.vector.length());
 }
 
 #[test]
@@ -62,8 +63,8 @@ fn what_is_dark_hidden_or_wrong_is_said() {
     let receiver = |z: f64| Receiver::new(DVec3::new(0.0, 0.0, z), DVec3::Z, 1.0).unwrap();
     let wall = [polygon(&[[-9.0, -9.0, 0.5], [9.0, -9.0, 0.5], [9.0, 9.0, 0.5], [-9.0, 9.0, 0.5]])];
     for (z, occluders) in [(2.0, &[][..]), (0.0, &wall)] {
-        let found = irradiance_vector_to(&receiver(z), &emitter, occluders, 1e-12).unwrap();
-        assert_eq!((found.vector, found.error, found.method), (DVec3::ZERO, 0.0, Method::Zero));
+        let irradiance = irradiance_vector_to(&receiver(z), &emitter, occluders, 1e-12).unwrap();
+        assert_eq!((irradiance.vector, irradiance.error, irradiance.method), (DVec3::ZERO, 0.0, Method::Zero));
     }
     assert!(matches!(irradiance_vector_to(&receiver(0.0), &emitter, &[], -1.0), Err(Error::Tolerance { .. })));
 }

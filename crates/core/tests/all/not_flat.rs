@@ -1,4 +1,4 @@
-//! Emitters and occluders that are not flat: whatever surface spans their vertices, the answer encloses what it gives.
+//! Emitters and occluders that are not flat: whatever surface spans their vertices, the answer encloses its radiosity.
 
 use radgrad_core::{Answer, DVec3, Emission, Emitter, Polygon, Receiver, evaluate, evaluate_digits};
 use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
@@ -12,39 +12,39 @@ fn splits(corners: [DVec3; 4]) -> [[Polygon; 2]; 2] {
 struct Random(ChaCha8Rng);
 
 impl Random {
-    fn of(&mut self, low: f64, high: f64) -> f64 {
+    fn uniform(&mut self, low: f64, high: f64) -> f64 {
         self.0.random_range(low..high)
     }
 
     /// A rough square around a point, spanned by two vectors, its corners off its plane by at most `off`.
-    fn square(&mut self, middle: DVec3, [u, v]: [DVec3; 2], off: f64) -> [DVec3; 4] {
+    fn square(&mut self, middle: DVec3, [u, v]: [DVec3; 2], defect: f64) -> [DVec3; 4] {
         let normal = u.cross(v).normalize();
         [(-1.0, -1.0), (-1.0, 1.0), (1.0, 1.0), (1.0, -1.0)].map(|(a, b)| {
-            let corner = u * (a * self.of(0.8, 1.2)) + v * (b * self.of(0.8, 1.2));
-            middle + corner + normal * (off * self.of(-1.0, 1.0))
+            let corner = u * (a * self.uniform(0.8, 1.2)) + v * (b * self.uniform(0.8, 1.2));
+            middle + corner + normal * (defect * self.uniform(-1.0, 1.0))
         })
     }
 
     fn direction(&mut self) -> DVec3 {
-        DVec3::new(self.of(-1.0, 1.0), self.of(-1.0, 1.0), self.of(-1.0, 1.0)).normalize()
+        DVec3::new(self.uniform(-1.0, 1.0), self.uniform(-1.0, 1.0), self.uniform(-1.0, 1.0)).normalize()
     }
 
     /// An occluder that meets the emitter: crossing it, standing on its plane, sharing an edge or a corner, flush with it, or seen
     /// edge-on.
-    fn occluder(&mut self, kind: usize, lamp: [DVec3; 4], x: DVec3, off: f64) -> [DVec3; 4] {
-        let middle = (lamp[0] + lamp[2]) * 0.5 + (lamp[1] - lamp[0]) * self.of(-0.6, 0.6);
+    fn occluder(&mut self, kind: usize, lamp: [DVec3; 4], x: DVec3, defect: f64) -> [DVec3; 4] {
+        let middle = (lamp[0] + lamp[2]) * 0.5 + (lamp[1] - lamp[0]) * self.uniform(-0.6, 0.6);
         let (along, down) = ((lamp[1] - lamp[0]).normalize(), (x - middle).normalize());
         let tilted = (down + self.direction() * 0.5).normalize();
         match kind {
-            0 => self.square(middle, [along * 0.4, tilted * 0.3], off),
-            1 => self.square(middle + tilted * 0.2, [along * 0.3, tilted * 0.2], off),
+            0 => self.square(middle, [along * 0.4, tilted * 0.3], defect),
+            1 => self.square(middle + tilted * 0.2, [along * 0.3, tilted * 0.2], defect),
             2 => [lamp[0], lamp[1], lamp[1] + tilted * 0.3, lamp[0] + tilted * 0.3],
             3 => {
                 let other = self.direction() * 0.2 + down * 0.3;
                 [lamp[0], lamp[0] + tilted * 0.3, lamp[0] + tilted * 0.3 + other, lamp[0] + other]
             }
-            4 => self.square(middle, [along * 0.2, (lamp[3] - lamp[0]) * 0.1], off),
-            _ => self.square(middle + (x - middle) * 0.5, [along * 0.2, (x - middle) * 0.1], off),
+            4 => self.square(middle, [along * 0.2, (lamp[3] - lamp[0]) * 0.1], defect),
+            _ => self.square(middle + (x - middle) * 0.5, [along * 0.2, (x - middle) * 0.1], defect),
         }
     }
 }
@@ -71,18 +71,18 @@ fn every_way_to_split_emitter_and_occluder_is_enclosed() {
     let mut tried = 0;
     for case in 0..cases {
         // Half of them so far off as rounded coordinates are.
-        let off = [1e-12, 1e-13, 1e-14, 1e-16, 1e-2, 1e-4, 1e-6, 1e-9][case / 6 % 8];
+        let defect = [1e-12, 1e-13, 1e-14, 1e-16, 1e-2, 1e-4, 1e-6, 1e-9][case / 6 % 8];
         let (along, across) = (random.direction(), random.direction());
         let across = along.cross(across).normalize();
-        let lamp = random.square(random_middle(), [along * 0.5, across * 0.5], off);
-        let polygon = Polygon::from_rounded(lamp.to_vec(), off).unwrap();
-        let x = lamp[0].midpoint(lamp[2]) + polygon.normal() * random.of(0.3, 1.5) + random.direction() * 0.2;
-        let screen = random.occluder(case % 6, lamp, x, off);
+        let lamp = random.square(random_middle(), [along * 0.5, across * 0.5], defect);
+        let polygon = Polygon::from_rounded(lamp.to_vec(), defect).unwrap();
+        let x = lamp[0].midpoint(lamp[2]) + polygon.normal() * random.uniform(0.3, 1.5) + random.direction() * 0.2;
+        let screen = random.occluder(case % 6, lamp, x, defect);
         let normal = (random_middle() - x).normalize() + random.direction() * 0.3;
         // Squares of such lengths are beyond the range of doubles.
         let scale = [1.0, 2f64.powi(600), 2f64.powi(-600)][case / 48 % 3];
         let [lamp, screen] = [lamp, screen].map(|corners| corners.map(|corner| corner * scale));
-        let rounded = |corners: [DVec3; 4]| Polygon::from_rounded(corners.to_vec(), off * scale);
+        let rounded = |corners: [DVec3; 4]| Polygon::from_rounded(corners.to_vec(), defect * scale);
         let (polygon, x) = (rounded(lamp).unwrap(), x * scale);
         let Ok(occluder) = rounded(screen) else { continue };
         let receiver = Receiver::new(x, normal, 1.0).unwrap();
@@ -97,7 +97,7 @@ fn every_way_to_split_emitter_and_occluder_is_enclosed() {
                     / ((answer.gradient_error + truth.gradient_error) * scale);
                 let kind = &mut worst[case % 6];
                 *kind = [kind[0].max(value), kind[1].max(gradient)];
-                assert!(value <= 1.0 && gradient <= 1.0, "case {case}, off {off:e}: {answer:?}, by triangles {truth:?}");
+                assert!(value <= 1.0 && gradient <= 1.0, "case {case}, off {defect:e}: {answer:?}, by triangles {truth:?}");
             }
         }
     }
@@ -115,11 +115,11 @@ fn every_surface_of_a_rounded_linear_emitter_is_enclosed() {
     let mut random = Random(ChaCha8Rng::seed_from_u64(51));
     let mut answered = 0;
     for case in 0..400 {
-        let off = [1e-2, 1e-4, 1e-7, 1e-10][case % 4];
+        let defect = [1e-2, 1e-4, 1e-7, 1e-10][case % 4];
         let (along, across) = (random.direction(), random.direction());
-        let lamp = random.square(random_middle(), [along * 0.5, along.cross(across).normalize() * 0.5], off);
-        let polygon = Polygon::from_rounded(lamp.to_vec(), off).unwrap();
-        let x = lamp[0].midpoint(lamp[2]) + polygon.normal() * random.of(0.1, 20.0) + random.direction() * 0.2;
+        let lamp = random.square(random_middle(), [along * 0.5, along.cross(across).normalize() * 0.5], defect);
+        let polygon = Polygon::from_rounded(lamp.to_vec(), defect).unwrap();
+        let x = lamp[0].midpoint(lamp[2]) + polygon.normal() * random.uniform(0.1, 20.0) + random.direction() * 0.2;
         let receiver = Receiver::new(x, random_middle() - x + random.direction() * 0.5, 1.0).unwrap();
         let slope = random.direction();
         let slope = slope - polygon.normal() * polygon.normal().dot(slope);
@@ -133,10 +133,10 @@ fn every_surface_of_a_rounded_linear_emitter_is_enclosed() {
             let parts = pair.map(|triangle| evaluate(&receiver, &linear(triangle), []).unwrap());
             let off_value = answer.radiosity - parts[0].radiosity - parts[1].radiosity;
             let off_gradient = answer.gradient - parts[0].gradient - parts[1].gradient;
-            assert!(off_value.abs() <= answer.radiosity_error + 1e-15, "case {case}, off {off:e}: {off_value:e}, {answer:?}");
+            assert!(off_value.abs() <= answer.radiosity_error + 1e-15, "case {case}, off {defect:e}: {off_value:e}, {answer:?}");
             assert!(
                 off_gradient.length() <= answer.gradient_error + 1e-13,
-                "case {case}, off {off:e}: {off_gradient}, {answer:?}"
+                "case {case}, off {defect:e}: {off_gradient}, {answer:?}"
             );
         }
     }
@@ -152,10 +152,10 @@ fn an_occluder_that_just_dips_below_the_emitter_hides_what_is_in_front() {
     for case in 0..400 {
         let [a, b, c] = [(); 3].map(|()| random_middle() + random.direction());
         let Ok(lamp) = Polygon::new(vec![a, b, c]) else { continue };
-        let x = (a + b + c) / 3.0 + lamp.normal() * random.of(0.5, 1.5) + random.direction() * 0.2;
-        let [s, t] = [random.of(-0.2, 0.9), random.of(-0.2, 0.9)];
+        let x = (a + b + c) / 3.0 + lamp.normal() * random.uniform(0.5, 1.5) + random.direction() * 0.2;
+        let [s, t] = [random.uniform(-0.2, 0.9), random.uniform(-0.2, 0.9)];
         let dips = a + (b - a) * s + (c - a) * t - lamp.normal() * [0.0, 1e-15, 1e-12][case % 3];
-        let others = [(); 2].map(|()| dips + (x - dips) * random.of(0.1, 0.4) + random.direction() * 0.3);
+        let others = [(); 2].map(|()| dips + (x - dips) * random.uniform(0.1, 0.4) + random.direction() * 0.3);
         let Ok(occluder) = Polygon::new(vec![dips, others[0], others[1]]) else { continue };
         let receiver = Receiver::new(x, dips - x, 1.0).unwrap();
         let emitter = Emitter::new(lamp, Emission::Constant(1.0)).unwrap();

@@ -23,8 +23,8 @@ fn receiver(position: [f64; 3]) -> Receiver {
 
 /// Sums of values and gradients agree to within their bounds, and those are small.
 fn assert_same(answers: &[Answer], expected: &[Answer]) {
-    let sum = |all: &[Answer]| {
-        all.iter().fold((0.0, DVec3::ZERO, 0.0, 0.0), |(b, g, eb, eg), a| {
+    let sum = |answers: &[Answer]| {
+        answers.iter().fold((0.0, DVec3::ZERO, 0.0, 0.0), |(b, g, eb, eg), a| {
             (b + a.radiosity, g + a.gradient, eb + a.radiosity_error, eg + a.gradient_error)
         })
     };
@@ -103,8 +103,8 @@ fn the_value_past_a_screen_is_that_of_the_part_of_the_lamp_it_leaves() {
     let lamp = linear(ceiling([-1.0, 1.0], [-1.0, 1.0], 2.0));
     let screen = ceiling([0.25, 9.0], [-9.0, 9.0], 1.0);
     let past = evaluate(&x, &lamp, &[screen]).unwrap();
-    let left = evaluate(&x, &linear(ceiling([-1.0, 0.5], [-1.0, 1.0], 2.0)), &[]).unwrap();
-    assert!((past.radiosity - left.radiosity).abs() <= past.radiosity_error + left.radiosity_error);
+    let unhidden = evaluate(&x, &linear(ceiling([-1.0, 0.5], [-1.0, 1.0], 2.0)), &[]).unwrap();
+    assert!((past.radiosity - unhidden.radiosity).abs() <= past.radiosity_error + unhidden.radiosity_error);
 }
 
 #[test]

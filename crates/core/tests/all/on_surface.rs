@@ -56,7 +56,7 @@ fn meet(a: &Answer, b: &Answer) -> bool {
 /// Answers from all ways of asking, for one way of naming the vertices. Those of a value alone have a gradient of 0 with an
 /// infinite bound.
 fn ways(receiver: &Receiver, emitter: &Emitter) -> Vec<Answer> {
-    let mut all = vec![evaluate_to(receiver, emitter, &[], 1e-12).unwrap()];
+    let mut every_way = vec![evaluate_to(receiver, emitter, &[], 1e-12).unwrap()];
     let of_value = |radiosity, radiosity_error| Answer {
         radiosity,
         radiosity_error,
@@ -65,39 +65,39 @@ fn ways(receiver: &Receiver, emitter: &Emitter) -> Vec<Answer> {
         method: Method::ClosedForm,
     };
     let value = evaluate_value(receiver, emitter, &[], Tolerance { relative: 1e-12, absolute: 0.0 }).unwrap();
-    all.push(of_value(value.radiosity, value.radiosity_error));
+    every_way.push(of_value(value.radiosity, value.radiosity_error));
     let [x, y, z] = receiver.position().to_array().map(|c| [c]);
     let [nx, ny, nz] = receiver.direction().to_array().map(|c| [c]);
     let reflectance = [receiver.reflectance()];
     let receivers = Receivers::new([&x, &y, &z], [&nx, &ny, &nz], &reflectance).unwrap();
     let mut answers = Answers::new();
     Engine::new().evaluate_to(&receivers, emitter, 1e-9, &mut answers).unwrap();
-    all.push(Answer {
+    every_way.push(Answer {
         gradient: DVec3::from([0, 1, 2].map(|axis: usize| answers.gradient[axis][0])),
         gradient_error: answers.gradient_error[0],
         ..of_value(answers.radiosity[0], answers.radiosity_error[0])
     });
     let emitters = [emitter.clone()];
     Engine::new().total(&receivers, &EmitterTree::new(&emitters), 1e-9, &mut answers).unwrap();
-    all.push(of_value(answers.radiosity[0], answers.radiosity_error[0]));
-    all
+    every_way.push(of_value(answers.radiosity[0], answers.radiosity_error[0]));
+    every_way
 }
 
 /// Counts the answers on the surface; the error names two answers that do not meet, and their problem.
-fn check(random: &mut ChaCha8Rng, count: usize, off: f64, kind: usize) -> Result<usize, String> {
+fn check(random: &mut ChaCha8Rng, count: usize, distance: f64, kind: usize) -> Result<usize, String> {
     let (vertices, points, normal) = rotated(random, count);
     let slope = vector(random).cross(normal) * if kind == 2 { 3.0 } else { 0.3 };
     let mut on_surface = 0;
     for point in points {
         for direction in [-normal, vector(random), normal] {
-            let receiver = Receiver::new(point + normal * off, direction, 1.0).unwrap();
-            let mut found = Vec::new();
+            let receiver = Receiver::new(point + normal * distance, direction, 1.0).unwrap();
+            let mut answers = Vec::new();
             for first in 0..count {
                 let emitter = Emitter::new(starting_at(&vertices, first), emission(kind, &vertices, first, slope)).unwrap();
-                found.extend(ways(&receiver, &emitter));
+                answers.extend(ways(&receiver, &emitter));
             }
-            on_surface += found.iter().filter(|answer| answer.method == Method::OnSurface).count();
-            let pairs = found.iter().flat_map(|answer| found.iter().map(move |other| [*answer, *other]));
+            on_surface += answers.iter().filter(|answer| answer.method == Method::OnSurface).count();
+            let pairs = answers.iter().flat_map(|answer| answers.iter().map(move |other| [*answer, *other]));
             let finite = |answer: &Answer| answer.radiosity.is_finite() && answer.radiosity_error.is_finite();
             for answers in pairs {
                 if !finite(&answers[0]) || !meet(&answers[0], &answers[1]) {
@@ -111,16 +111,16 @@ fn check(random: &mut ChaCha8Rng, count: usize, off: f64, kind: usize) -> Result
 
 /// Each case is drawn by its number, so that those after it do not depend on it, and all that fail are told.
 fn run(seed: u64, cases: usize, offs: &[f64]) {
-    let found = (0..cases).into_par_iter().map(|case| {
+    let counts = (0..cases).into_par_iter().map(|case| {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         random.set_stream(case as u64);
         let count = if case % 2 == 0 { 4 } else { 5 + case / 2 % 8 };
-        let off = offs[case % offs.len()] * if random.random_bool(0.5) { 1.0 } else { -1.0 };
-        check(&mut random, count, off, case % 3).map_err(|apart| println!("case {case}: {apart}"))
+        let distance = offs[case % offs.len()] * if random.random_bool(0.5) { 1.0 } else { -1.0 };
+        check(&mut random, count, distance, case % 3).map_err(|apart| println!("case {case}: {apart}"))
     });
-    let found: Vec<Result<usize, ()>> = found.collect();
-    let on_surface: usize = found.iter().flatten().sum();
-    let apart = found.iter().filter(|case| case.is_err()).count();
+    let counts: Vec<Result<usize, ()>> = counts.collect();
+    let on_surface: usize = counts.iter().flatten().sum();
+    let apart = counts.iter().filter(|case| case.is_err()).count();
     println!("seed {seed}: {apart} of {cases} cases are apart, {on_surface} answers on the surface");
     assert!(apart == 0 && on_surface > cases / 4);
 }
@@ -180,8 +180,8 @@ fn hold_linear_emission(vertices: &[DVec3], receiver: &Receiver, slopes: usize) 
             let emitter = Emitter::new(starting_at(vertices, first), emission(1, vertices, first, slope)).unwrap();
             evaluate_to(receiver, &emitter, &[], 1e-12).unwrap()
         };
-        let found: Vec<Answer> = (0..vertices.len()).map(answer).collect();
-        for (answer, other) in found.iter().flat_map(|a| found.iter().map(move |b| (a, b))) {
+        let answers: Vec<Answer> = (0..vertices.len()).map(answer).collect();
+        for (answer, other) in answers.iter().flat_map(|a| answers.iter().map(move |b| (a, b))) {
             assert!(meet(answer, other), "{slope:?}\n{answer:?}\n{other:?}");
         }
     }

@@ -37,25 +37,25 @@ fn by_quadrature(receiver: &Receiver, emitter: &Emitter) -> (f64, DVec3) {
     let (x, n1, n2) = (receiver.position(), receiver.normal(), emitter.polygon().normal());
     let vertices = emitter.polygon().vertices();
     let height = |v: DVec3| n1.dot(v - x);
-    let mut kept = Vec::new();
+    let mut above = Vec::new();
     for (i, &from) in vertices.iter().enumerate() {
         let to = vertices[(i + 1) % vertices.len()];
         if height(from) > 0.0 {
-            kept.push(from);
+            above.push(from);
         }
         if (height(from) > 0.0) != (height(to) > 0.0) {
-            kept.push(from + (to - from) * (height(from) / (height(from) - height(to))));
+            above.push(from + (to - from) * (height(from) / (height(from) - height(to))));
         }
     }
     let rule = rule();
     let (mut value, mut gradient) = (0.0, DVec3::ZERO);
-    for pair in kept[1..].windows(2) {
-        let (a, b) = (pair[0] - kept[0], pair[1] - kept[0]);
+    for pair in above[1..].windows(2) {
+        let (a, b) = (pair[0] - above[0], pair[1] - above[0]);
         // Signed: the triangles of the fan may overlap.
         let twice_area = a.cross(b).dot(n2);
         for &(u, weight_u) in &rule {
             for &(v, weight_v) in &rule {
-                let y = kept[0] + (a + (b - a) * v) * u;
+                let y = above[0] + (a + (b - a) * v) * u;
                 let r = y - x;
                 let (rr, up, down) = (r.length_squared(), n1.dot(r), -n2.dot(r));
                 let weight = twice_area * u * weight_u * weight_v * emitter.emission_at(y) / (rr * rr);
@@ -124,20 +124,21 @@ fn a_screen_leaves_the_radiosity_of_what_it_does_not_hide() {
     let ceiling =
         |left: f64, right: f64| facing_down(&[[left, -1.0, 2.0], [right, -1.0, 2.0], [right, 1.0, 2.0], [left, 1.0, 2.0]]);
     let screen = facing_down(&[[0.25, -3.0, 1.0], [5.0, -3.0, 1.0], [5.0, 3.0, 1.0], [0.25, 3.0, 1.0]]);
-    let at = |x: DVec3| Receiver::new(x, DVec3::new(0.1, -0.2, 1.0), 0.8).unwrap();
+    let receiver = |x: DVec3| Receiver::new(x, DVec3::new(0.1, -0.2, 1.0), 0.8).unwrap();
     for degree in 0..=6 {
         let lamp = |polygon| Emitter::new(polygon, Emission::Polynomial(dense(degree))).unwrap();
         let whole = lamp(ceiling(-1.0, 1.0));
-        let shadowed = evaluate_to(&at(DVec3::ZERO), &whole, std::slice::from_ref(&screen), 1e-15).unwrap();
-        let rest = evaluate_to(&at(DVec3::ZERO), &lamp(ceiling(-1.0, 0.5)), &[], 1e-15).unwrap();
+        let shadowed = evaluate_to(&receiver(DVec3::ZERO), &whole, std::slice::from_ref(&screen), 1e-15).unwrap();
+        let unhidden = evaluate_to(&receiver(DVec3::ZERO), &lamp(ceiling(-1.0, 0.5)), &[], 1e-15).unwrap();
         assert!(
-            (shadowed.radiosity - rest.radiosity).abs() <= shadowed.radiosity_error + rest.radiosity_error,
-            "{shadowed:?} {rest:?}"
+            (shadowed.radiosity - unhidden.radiosity).abs() <= shadowed.radiosity_error + unhidden.radiosity_error,
+            "{shadowed:?} {unhidden:?}"
         );
         assert!(shadowed.meets(1e-15));
         let step = 1e-4;
         for (axis, expected) in DVec3::AXES.into_iter().zip(shadowed.gradient.to_array()) {
-            let moved = |t: f64| evaluate_to(&at(axis * t), &whole, std::slice::from_ref(&screen), 1e-16).unwrap().radiosity;
+            let moved =
+                |t: f64| evaluate_to(&receiver(axis * t), &whole, std::slice::from_ref(&screen), 1e-16).unwrap().radiosity;
             let difference = (8.0 * (moved(step) - moved(-step)) - (moved(2.0 * step) - moved(-2.0 * step))) / (12.0 * step);
             assert!((difference - expected).abs() <= 1e-11, "degree {degree}, {axis}: {difference} {expected}");
         }
@@ -197,8 +198,8 @@ fn far_away_the_digits_stay() {
             assert!(answer.meets(1e-12), "{answer:?}");
             assert_eq!(answer.method, Method::Quadrature);
             let expected = power * -direction.z / (PI * distance * distance);
-            let off = (answer.radiosity / expected - 1.0).abs();
-            assert!(off <= 4.0 / (distance * distance) + 1e-14, "1e{exponent}: off by {off:e}");
+            let error = (answer.radiosity / expected - 1.0).abs();
+            assert!(error <= 4.0 / (distance * distance) + 1e-14, "1e{exponent}: off by {error:e}");
         }
     }
 }

@@ -1,4 +1,4 @@
-//! What makes a problem: polygons, emissions and receivers, and which of them are refused.
+//! Polygons, emissions and receivers: which exist, and which are refused.
 
 use radgrad_core::{DVec3, Emission, Emitter, Error, Polygon, Polynomial, Receiver};
 use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
@@ -66,8 +66,8 @@ fn what_rounding_explains_is_never_refused() {
         let vertices: Vec<DVec3> = outline.iter().map(|p| (place + u * p[0] + v * p[1]).as_vec3().as_dvec3()).collect();
         let polygon = Polygon::from_rounded(vertices.clone(), precision);
         let polygon = polygon.unwrap_or_else(|error| panic!("case {case}, width {width}: {error}, {vertices:?}"));
-        for (given, kept) in vertices.iter().zip(polygon.vertices()) {
-            assert!((*given - *kept).abs().max_element() <= precision * 1.01, "case {case}");
+        for (given, vertex) in vertices.iter().zip(polygon.vertices()) {
+            assert!((*given - *vertex).abs().max_element() <= precision * 1.01, "case {case}");
         }
         warped += usize::from(Polygon::new(vertices).is_err());
     }
@@ -152,7 +152,7 @@ fn a_gradient_along_the_normal_has_no_effect() {
 fn values_and_gradients_are_those_of_the_terms() {
     let p = Polynomial::new(DVec3::new(1.0, 0.0, 0.0), [(3.0, [2, 1, 0]), (-1.0, [0, 0, 1]), (0.5, [0, 0, 0])]).unwrap();
     assert_eq!(p.degree(), 3);
-    assert_eq!(p.at(DVec3::new(3.0, 2.0, 5.0)), 3.0 * 4.0 * 2.0 - 5.0 + 0.5);
+    assert_eq!(p.value_at(DVec3::new(3.0, 2.0, 5.0)), 3.0 * 4.0 * 2.0 - 5.0 + 0.5);
     assert_eq!(p.gradient_at(DVec3::new(3.0, 2.0, 5.0)), DVec3::new(24.0, 12.0, -1.0));
 }
 

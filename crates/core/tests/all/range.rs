@@ -30,8 +30,8 @@ fn a_tree_keeps_a_needle_whose_cross_product_rounds_to_0() {
         let mut answers = Answers::new();
         let lone = [emitter];
         Engine::new().total(&receivers, &EmitterTree::new(&lone), 1e-6, &mut answers).unwrap();
-        let off = (answers.radiosity[0] - expected.radiosity).abs();
-        assert!(off <= answers.radiosity_error[0] + expected.radiosity_error, "{answers:?} {expected:?}");
+        let error = (answers.radiosity[0] - expected.radiosity).abs();
+        assert!(error <= answers.radiosity_error[0] + expected.radiosity_error, "{answers:?} {expected:?}");
     }
 }
 
@@ -50,9 +50,9 @@ fn short_normals<F: Precision + Into<f64>>(lengths: &[f64], round: fn(f64) -> F,
         let expected = evaluate(&receiver, &lamp, &[]).unwrap();
         let mut answers = Answers::new();
         Engine::new().evaluate_to(&receivers, &lamp, tolerance, &mut answers).unwrap();
-        let off = (to_double(answers.radiosity[0]) - expected.radiosity).abs();
+        let error = (to_double(answers.radiosity[0]) - expected.radiosity).abs();
         let bound = to_double(answers.radiosity_error[0]) + expected.radiosity_error;
-        assert!(off <= bound && bound < 1e-4, "{length:e}: {answers:?} {expected:?}");
+        assert!(error <= bound && bound < 1e-4, "{length:e}: {answers:?} {expected:?}");
         Engine::new().radiosity(&receivers, &lamp, &mut answers).unwrap();
         assert!((to_double(answers.radiosity[0]) - expected.radiosity).abs() < 1e-4, "{length:e}: {answers:?} {expected:?}");
     }
@@ -89,7 +89,7 @@ fn next_to_vertex_0_the_side_is_right() {
         Emitter::new(Polygon::new(corners.to_vec()).unwrap(), Emission::Constant(1.0)).unwrap()
     };
     let [front, back] = [1.0, -1.0].map(triangle);
-    let mut seen = 0;
+    let mut evaluated = 0;
     for i in 0..400 {
         let angle = f64::from(i) * 0.37;
         let direction = DVec3::new(angle.cos(), angle.sin(), (3.1 * angle).cos());
@@ -107,9 +107,9 @@ fn next_to_vertex_0_the_side_is_right() {
         let (lit, dark) = if height > 0.0 { (in_front, behind) } else { (behind, in_front) };
         assert!(dark.radiosity == 0.0 && dark.radiosity_error == 0.0, "{position:?}: {dark:?}");
         assert!(lit.radiosity_error <= 1e-9 * lit.radiosity, "{position:?}: {lit:?}");
-        seen += 1;
+        evaluated += 1;
     }
-    assert!(seen > 300, "{seen}");
+    assert!(evaluated > 300, "{evaluated}");
 }
 
 #[test]
@@ -124,8 +124,8 @@ fn slivers_keep_the_digits_of_their_irradiance_vector() {
                 // All of it is above the horizon of a receiver that is turned a little.
                 let turned = Receiver::new(receiver.position(), DVec3::Z + axis * (0.2 * sign), 1.0).unwrap();
                 let expected = evaluate_to(&turned, &emitter, &[], 1e-11).unwrap().radiosity;
-                let found = turned.normal().dot(vector) / std::f64::consts::PI;
-                assert!((found / expected - 1.0).abs() < 1e-7, "{width:e}: {found:e} {expected:e}");
+                let irradiance = turned.normal().dot(vector) / std::f64::consts::PI;
+                assert!((irradiance / expected - 1.0).abs() < 1e-7, "{width:e}: {irradiance:e} {expected:e}");
             }
         }
     }

@@ -21,13 +21,13 @@ pub struct Enclosure {
 
 impl Enclosure {
     /// A ball, taken out of its computation.
-    pub fn of(ball: Ball<Big>) -> Self {
+    pub fn from_ball(ball: Ball<Big>) -> Self {
         Self { mid: ball.middle().to_float(), radius: ball.error() }
     }
 
     /// Magnitude of the middle.
     pub fn size(&self) -> Magnitude {
-        Magnitude::of(&self.mid)
+        Magnitude::of_number(&self.mid)
     }
 
     /// Times a power of two, exactly.
@@ -37,9 +37,10 @@ impl Enclosure {
 
     /// The nearest double and a bound on its error, the rounding included.
     pub fn to_double(&self) -> (f64, Magnitude) {
-        let (value, rest) = split_double(&self.mid);
+        let (value, remainder) = split_double(&self.mid);
         // Half an ulp rather than the actual rounding: whoever compares with a rounded truth must not find the bound broken.
-        let rounding = if rest == Magnitude::from(0.0) { rest } else { rest.max(Magnitude::from(ROUNDOFF * value.abs())) };
+        let rounding =
+            if remainder == Magnitude::from(0.0) { remainder } else { remainder.max(Magnitude::from(ROUNDOFF * value.abs())) };
         (value, (self.radius + rounding) * (1.0 + f64::EPSILON))
     }
 }
@@ -62,7 +63,7 @@ pub enum Outcome<R> {
 #[derive(Debug)]
 pub struct Refined<R> {
     /// The result.
-    pub found: R,
+    pub result: R,
     /// Bits it was found with.
     pub bits: usize,
     /// Whether its error is small enough.
@@ -83,8 +84,8 @@ const NOTHING: i64 = -600;
 /// Whether a number, vector or matrix may be 0, and is that small for sure: as a sum that cancels by symmetry, which no number of
 /// bits tells from 0.
 pub fn is_nothing<'a>(components: impl IntoIterator<Item = &'a Enclosure> + Copy) -> bool {
-    let most = norm(components.into_iter().map(|c| c.size() + c.radius));
-    relative_error(components) >= Magnitude::from(1.0) && most < Magnitude::power_of_two(NOTHING)
+    let largest = norm(components.into_iter().map(|c| c.size() + c.radius));
+    relative_error(components) >= Magnitude::from(1.0) && largest < Magnitude::power_of_two(NOTHING)
 }
 
 /// Tries the precisions until the error is small enough (Ziv's strategy), or until more bits no longer help. The remaining error is
@@ -110,22 +111,22 @@ fn refined_within<R>(
 ) -> Outcome<R> {
     let mut outcome = Outcome::TooDear;
     let mut before = Magnitude::from(f64::INFINITY);
-    let (mut left, mut last) = (effort.min(crate::effort::left()), None);
+    let (mut remaining, mut last) = (effort.min(crate::effort::remaining()), None);
     for bits in precisions {
         // The effort of as many operations with more bits is known before they are done.
-        if last.is_some_and(|spent: Spent| spent.with_bits(bits) > left) {
+        if last.is_some_and(|spent: Spent| spent.with_bits(bits) > remaining) {
             break;
         }
-        let (result, spent) = within(bits, left, &computation);
+        let (result, spent) = within(bits, remaining, &computation);
         let Some(result) = result else { break };
         let Some(result) = result else { return Outcome::Nothing { bits } };
-        (left, last) = (left.saturating_sub(spent.effort()), Some(spent));
+        (remaining, last) = (remaining.saturating_sub(spent.effort()), Some(spent));
         let error = relative_error(&result);
         let is_enough = error <= enough;
         let is_last = is_enough
             || error * 2.0 > before
-            || (bits >= DECISIVE && within(bits, left, || stays_open(&result)).0 != Some(false));
-        outcome = Outcome::Found(Refined { found: result, bits, is_enough });
+            || (bits >= DECISIVE && within(bits, remaining, || stays_open(&result)).0 != Some(false));
+        outcome = Outcome::Found(Refined { result, bits, is_enough });
         if is_last {
             break;
         }
@@ -169,9 +170,9 @@ mod tests {
         let computation = || {
             let third = Ball::<Big>::exact(1.0) / Ball::exact(3.0);
             let sum = (0..10_000).fold(Ball::exact(0.0), |sum, i| if i % 2 == 0 { sum + third } else { sum - third });
-            Some(Enclosure::of(sum + Ball::exact(2f64.powi(-900))))
+            Some(Enclosure::from_ball(sum + Ball::exact(2f64.powi(-900))))
         };
-        let share = |found: &Enclosure| relative_error([found]);
+        let share = |enclosure: &Enclosure| relative_error([enclosure]);
         refined_within(effort, PRECISIONS, Magnitude::from(enough), share, |_| false, computation)
     }
 
@@ -182,7 +183,7 @@ mod tests {
         let Outcome::Found(refined) = cancelling(6_000_000, 1e-3) else { panic!() };
         assert!(!refined.is_enough && refined.bits == 256, "{}", refined.bits);
         assert!(matches!(cancelling(1_000_000, 1e-3), Outcome::TooDear));
-        // Nothing is left over for what comes after.
+        // No effort remains for a later computation.
         let Outcome::Found(refined) = cancelling(EFFORT, 1e-3) else { panic!() };
         assert!(refined.is_enough);
     }

@@ -51,7 +51,7 @@ pub(crate) fn nearest_double(number: &BigFloat) -> f64 {
     if leading == 0 {
         return 0.0;
     }
-    // One more bit for all that follow: what is midway between two doubles but for these is nearer to one of them.
+    // One more bit for all that follow: a number midway between two doubles but for these is nearer to one of them.
     let count = 64 / (8 * size_of_val(&words[0]));
     let is_more = words.iter().rev().skip(count).any(|word| *word != 0);
     let size = libm::scalbn((leading | u64::from(is_more)) as f64, exponent - 64).max(f64::from_bits(1));
@@ -71,7 +71,7 @@ pub(crate) fn mantissa_bits<W: Copy + Into<u64>>(words: &[W], place: usize) -> u
 /// The nearest double and a bound on the size of the rest, above it by two roundings.
 pub(crate) fn split_double(number: &BigFloat) -> (f64, Magnitude) {
     let double = nearest_double(number);
-    (double, Magnitude::of(&exact_sum(number, &exact(-double))) * (1.0 + 2.0 * f64::EPSILON))
+    (double, Magnitude::of_number(&exact_sum(number, &exact(-double))) * (1.0 + 2.0 * f64::EPSILON))
 }
 
 #[cfg(test)]

@@ -33,18 +33,18 @@ fn nearest_step(number: &BigFloat) -> usize {
 }
 
 impl Steps {
-    /// The result of `find` at the step, kept.
-    fn at(kept: &mut Vec<Option<BigFloat>>, step: usize, find: impl FnOnce(&BigFloat) -> BigFloat) -> &BigFloat {
-        if kept.len() <= step {
-            kept.resize(step + 1, None);
+    /// The result of `find` at the step, computed once.
+    fn cached(cache: &mut Vec<Option<BigFloat>>, step: usize, find: impl FnOnce(&BigFloat) -> BigFloat) -> &BigFloat {
+        if cache.len() <= step {
+            cache.resize(step + 1, None);
         }
-        kept[step].get_or_insert_with(|| find(&shifted(&integer(step), -STEP_BITS)))
+        cache[step].get_or_insert_with(|| find(&shifted(&integer(step), -STEP_BITS)))
     }
 
     /// `sum sign^k z^(2k+1) / (2k + 1)`, |z| at most 1/128: as many terms as leave less than 2^-bits of it.
     fn odd_series(&mut self, z: &BigFloat, sign: f64, bits: usize) -> BigFloat {
         let square = z.mul(z, bits, NEAREST);
-        let terms = first_integer_above(bits as f64 / -Magnitude::of(&square).log2()).max(1);
+        let terms = first_integer_above(bits as f64 / -Magnitude::of_number(&square).log2()).max(1);
         while self.reciprocals.len() < terms {
             let next = BigFloat::from_word(1, 64).div(&integer(2 * self.reciprocals.len() + 1), bits, NEAREST);
             self.reciprocals.push(next);
@@ -71,7 +71,7 @@ pub(super) fn ln(x: &BigFloat, bits: usize, steps: &mut Steps, constants: &mut C
     let z = m.sub(&c, working, NEAREST).div(&m.add(&c, working, NEAREST), working, NEAREST);
     let mut sum = shifted(&steps.odd_series(&z, 1.0, working), 1);
     if step != 1 << STEP_BITS {
-        let logarithm = Steps::at(&mut steps.logarithms, step, |c| c.ln(working, NEAREST, constants));
+        let logarithm = Steps::cached(&mut steps.logarithms, step, |c| c.ln(working, NEAREST, constants));
         sum = sum.add(logarithm, working, NEAREST);
     }
     if exponent != 0 {
@@ -105,8 +105,8 @@ fn arc_tangent(across: &BigFloat, along: &BigFloat, bits: usize, steps: &mut Ste
     let c = shifted(&integer(step), -STEP_BITS);
     let numerator = across.sub(&along.mul(&c, bits, NEAREST), bits, NEAREST);
     let z = numerator.div(&along.add(&across.mul(&c, bits, NEAREST), bits, NEAREST), bits, NEAREST);
-    let rest = steps.odd_series(&z, -1.0, bits);
-    Steps::at(&mut steps.angles, step, |c| c.atan(bits, NEAREST, constants)).add(&rest, bits, NEAREST)
+    let remainder = steps.odd_series(&z, -1.0, bits);
+    Steps::cached(&mut steps.angles, step, |c| c.atan(bits, NEAREST, constants)).add(&remainder, bits, NEAREST)
 }
 
 #[cfg(test)]
@@ -120,10 +120,10 @@ mod tests {
     use proptest::prelude::*;
 
     /// The same with more bits, brought back.
-    fn units_off(bits: usize, wider: usize, function: impl Fn() -> Big) -> f64 {
+    fn error_in_units(bits: usize, wider: usize, function: impl Fn() -> Big) -> f64 {
         let [rough, fine] = [bits, wider].map(|bits| with_bits(bits, || function().to_float()));
         let difference = fine.sub_full_prec(&rough);
-        (Magnitude::of(&difference) / Magnitude::of(&fine) * Magnitude::power_of_two(bits as i64)).to_double()
+        (Magnitude::of_number(&difference) / Magnitude::of_number(&fine) * Magnitude::power_of_two(bits as i64)).to_double()
     }
 
     proptest! {
@@ -132,16 +132,16 @@ mod tests {
         fn functions_keep_their_error_bounds(y in -3.0..3.0f64, x in -3.0..3.0f64, near in -1e-9..1e-9f64, words in 2..6usize) {
             prop_assume!(x != 0.0 && near != 0.0);
             let bits = 64 * words;
-            let atan2 = |y: f64, x: f64| units_off(bits, 2 * bits, || Big::from_double(y).atan2(Big::from_double(x)));
+            let atan2 = |y: f64, x: f64| error_in_units(bits, 2 * bits, || Big::from_double(y).atan2(Big::from_double(x)));
             prop_assert!(atan2(y, x) <= LIBRARY_UNITS);
             prop_assert!(atan2(near, x) <= LIBRARY_UNITS);
             prop_assert!(atan2(y, near) <= LIBRARY_UNITS);
-            let ln = |x: f64| units_off(bits, 2 * bits, || Big::from_double(x).ln());
+            let ln = |x: f64| error_in_units(bits, 2 * bits, || Big::from_double(x).ln());
             prop_assert!(ln(x.abs()) <= LIBRARY_UNITS);
             prop_assert!(ln(1.0 + near) <= LIBRARY_UNITS);
             prop_assert!(ln(near.abs()) <= LIBRARY_UNITS);
-            prop_assert!(units_off(bits, 2 * bits, || Big::from_double(x.abs()).sqrt()) <= 1.0);
-            prop_assert!(units_off(bits, 2 * bits, || Big::from_double(x) / Big::from_double(near)) <= 1.0);
+            prop_assert!(error_in_units(bits, 2 * bits, || Big::from_double(x.abs()).sqrt()) <= 1.0);
+            prop_assert!(error_in_units(bits, 2 * bits, || Big::from_double(x) / Big::from_double(near)) <= 1.0);
         }
     }
 
@@ -153,7 +153,7 @@ mod tests {
             let bits = 64 * words;
             let mut constants = Consts::new().unwrap();
             let units = |ours: &BigFloat, library: &BigFloat| {
-                let apart = Magnitude::of(&exact_sum(ours, &library.neg())) / Magnitude::of(library);
+                let apart = Magnitude::of_number(&exact_sum(ours, &library.neg())) / Magnitude::of_number(library);
                 (apart * Magnitude::power_of_two(bits as i64)).to_double()
             };
             for x in [x.abs(), 1.0 + near, near.abs() + 1e-300, 2.0 - near] {
@@ -182,15 +182,15 @@ mod tests {
             // Thirds fill all bits.
             let operand = |x: f64| Big::from_double(x) / Big::from_double(3.0);
             let (p, q) = with_bits(bits, || (operand(a).to_float(), operand(b).scaled(2f64.powi(shift)).to_float()));
-            let off = |rounded: BigFloat, exact: BigFloat| {
-                let units = Magnitude::of(&exact_sum(&rounded, &exact.neg())) / Magnitude::of(&exact);
+            let error_in_units = |rounded: BigFloat, exact: BigFloat| {
+                let units = Magnitude::of_number(&exact_sum(&rounded, &exact.neg())) / Magnitude::of_number(&exact);
                 (units * Magnitude::power_of_two(bits as i64)).to_double()
             };
-            prop_assert!(off(p.add(&q, bits, NEAREST), exact_sum(&p, &q)) <= 1.0);
-            prop_assert!(off(p.sub(&q, bits, NEAREST), exact_sum(&p, &q.neg())) <= 1.0);
-            prop_assert!(off(p.mul(&q, bits, NEAREST), p.mul_full_prec(&q)) <= 1.0);
-            prop_assert!(off(p.div(&q, bits, NEAREST).mul_full_prec(&q), p.clone()) <= 1.0);
-            prop_assert!(off(p.abs().sqrt(bits, NEAREST).mul_full_prec(&p.abs().sqrt(bits, NEAREST)), p.abs()) <= 2.0);
+            prop_assert!(error_in_units(p.add(&q, bits, NEAREST), exact_sum(&p, &q)) <= 1.0);
+            prop_assert!(error_in_units(p.sub(&q, bits, NEAREST), exact_sum(&p, &q.neg())) <= 1.0);
+            prop_assert!(error_in_units(p.mul(&q, bits, NEAREST), p.mul_full_prec(&q)) <= 1.0);
+            prop_assert!(error_in_units(p.div(&q, bits, NEAREST).mul_full_prec(&q), p.clone()) <= 1.0);
+            prop_assert!(error_in_units(p.abs().sqrt(bits, NEAREST).mul_full_prec(&p.abs().sqrt(bits, NEAREST)), p.abs()) <= 2.0);
         }
     }
 

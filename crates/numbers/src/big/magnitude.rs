@@ -30,7 +30,7 @@ impl Magnitude {
     }
 
     /// Size of a number, from its leading 64 bits.
-    pub fn of(number: &BigFloat) -> Self {
+    pub fn of_number(number: &BigFloat) -> Self {
         match number.as_raw_parts() {
             Some((words, _, _, exponent, _)) => Self::new(mantissa_bits(words, 0) as f64, i64::from(exponent) - 64),
             None => Self::from(if number.is_nan() { f64::NAN } else { f64::INFINITY }),

@@ -53,7 +53,7 @@ impl Coefficients {
         const LOG_SQUARE: f64 = 3.302_992_259_161_862;
         /// `2 log2 (4/3)`.
         const LEAST: f64 = 0.830_074_998_557_687;
-        let ratio = (LOG_SQUARE - Magnitude::of(square).log2()).max(LEAST);
+        let ratio = (LOG_SQUARE - Magnitude::of_number(square).log2()).max(LEAST);
         let terms = first_integer_above(self.bits as f64 / ratio) + 3;
         if self.clausen.len() < terms {
             self.clausen = clausen_coefficients(self.bits, terms.max(first_integer_above(0.5 * self.bits as f64) + 4));
@@ -88,7 +88,7 @@ fn sine_coefficients(bits: usize) -> Vec<BigFloat> {
     loop {
         let k = exact.len();
         let next = exact[k - 1].div(&integer((2 * k + 2) * (2 * k + 3)), working, NEAREST).neg();
-        if Magnitude::of(&next) < least {
+        if Magnitude::of_number(&next) < least {
             return exact.into_iter().map(|c| rounded(c, bits)).collect();
         }
         exact.push(next);
@@ -148,9 +148,9 @@ mod tests {
     fn coefficients_are_those_kept_in_double_double() {
         with_bits(128, || {
             assert!(Big::sine_coefficients().count() > SINE_SERIES.len());
-            for (coefficient, kept) in Big::sine_coefficients().zip(SINE_SERIES) {
-                let difference = coefficient - Big::from_double_double(kept);
-                assert!(difference.high().abs() <= 2f64.powi(-105) * kept.hi.abs(), "{kept:?}");
+            for (coefficient, coded) in Big::sine_coefficients().zip(SINE_SERIES) {
+                let difference = coefficient - Big::from_double_double(coded);
+                assert!(difference.high().abs() <= 2f64.powi(-105) * coded.hi.abs(), "{coded:?}");
             }
             for x in [1e-9, 0.15, 0.85, 1.05, 1.5, 1.56] {
                 let wide = clausen_rest(Big::from_double(x));
@@ -167,7 +167,7 @@ mod tests {
             for x in [1e-200, 1e-5, 0.35, 1.047, 1.56, 1.6, 2.3] {
                 let value = |bits| with_bits(bits, || clausen_rest(Big::from_double(x)).to_float());
                 let [rough, fine] = [bits, bits + 128].map(value);
-                let error = Magnitude::of(&fine.sub_full_prec(&rough)) / Magnitude::of(&fine);
+                let error = Magnitude::of_number(&fine.sub_full_prec(&rough)) / Magnitude::of_number(&fine);
                 let units = (error * Magnitude::power_of_two(bits as i64)).to_double();
                 assert!(units <= Big::CLAUSEN_UNITS, "{bits} bits, x = {x}: {units} units");
             }

@@ -151,19 +151,19 @@ mod tests {
         assert!(root.lo != 0.0);
         for half in [-511, -505, -500, -450, -400, 0, 400, 498, 505, 511] {
             let power = 2f64.powi(half);
-            let found = DoubleDouble::from(1.3 * power * power).sqrt();
-            assert_eq!(found, root.scaled(power), "2^{}", 2 * half);
+            let computed = DoubleDouble::from(1.3 * power * power).sqrt();
+            assert_eq!(computed, root.scaled(power), "2^{}", 2 * half);
         }
     }
 
     /// A square root of infinity once called itself for ever.
     #[test]
     fn what_is_no_finite_number_comes_back() {
-        let all = [f64::INFINITY, f64::NEG_INFINITY, f64::NAN, f64::MAX, 5e-324, 0.0, -0.0, -1.0].map(DoubleDouble::from);
-        assert_eq!(all[0].sqrt().hi, f64::INFINITY);
-        assert!(all[2].sqrt().hi.is_nan() && all[2].ln().hi.is_nan() && all[1].sqrt() == DoubleDouble::ZERO);
-        for a in all {
-            for b in all {
+        let arguments = [f64::INFINITY, f64::NEG_INFINITY, f64::NAN, f64::MAX, 5e-324, 0.0, -0.0, -1.0].map(DoubleDouble::from);
+        assert_eq!(arguments[0].sqrt().hi, f64::INFINITY);
+        assert!(arguments[2].sqrt().hi.is_nan() && arguments[2].ln().hi.is_nan() && arguments[1].sqrt() == DoubleDouble::ZERO);
+        for a in arguments {
+            for b in arguments {
                 let is_lost = [a, b].iter().any(|c| c.hi.is_nan());
                 let results = [a.atan2(b), a.divided_by(b), a * b, a + b];
                 assert!(!is_lost || results.iter().all(|c| c.hi.is_nan()), "{a:?} {b:?}: {results:?}");

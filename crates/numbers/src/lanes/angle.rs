@@ -113,13 +113,13 @@ impl<S: Simd, F: Lane, const N: usize> Quotients<S, F, N> {
         let mut angles = z;
         for k in 0..N {
             let small = z[k] + z[k] * (squares[k] * series[k]);
-            angles[k] = shifted[k].select(Lanes::all(simd, half[1]), zero) + small;
+            angles[k] = shifted[k].select(Lanes::splat(simd, half[1]), zero) + small;
         }
         // Several angles are mostly those of a polygon from afar, all below a half right angle. One alone is of an edge that the
         // horizon cuts, and mostly above.
         if N > 1 && !(1..N).fold(x[0].below(y[0]), |wide, k| wide | x[k].below(y[k])).any() {
             for k in 0..N {
-                angles[k] = shifted[k].select(Lanes::all(simd, half[0]), zero) + angles[k];
+                angles[k] = shifted[k].select(Lanes::splat(simd, half[0]), zero) + angles[k];
             }
             return angles;
         }
@@ -127,13 +127,13 @@ impl<S: Simd, F: Lane, const N: usize> Quotients<S, F, N> {
             // The angle is `octant + side (shift + small)`.
             let (steep, leftward) = (x[k].abs().below(y[k]), x[k].below(zero));
             let octant =
-                steep.select(Lanes::all(simd, half_pi[0]), leftward.select(Lanes::all(simd, half_pi[0] + half_pi[0]), zero));
-            let rest =
-                steep.select(Lanes::all(simd, half_pi[1]), leftward.select(Lanes::all(simd, half_pi[1] + half_pi[1]), zero));
+                steep.select(Lanes::splat(simd, half_pi[0]), leftward.select(Lanes::splat(simd, half_pi[0] + half_pi[0]), zero));
+            let quadrant =
+                steep.select(Lanes::splat(simd, half_pi[1]), leftward.select(Lanes::splat(simd, half_pi[1] + half_pi[1]), zero));
             let turned = steep ^ leftward;
-            let shift = shifted[k].select(turned.select(Lanes::all(simd, -half[0]), Lanes::all(simd, half[0])), zero);
+            let shift = shifted[k].select(turned.select(Lanes::splat(simd, -half[0]), Lanes::splat(simd, half[0])), zero);
             let high = octant + shift;
-            let low = ((octant - high) + shift) + rest;
+            let low = ((octant - high) + shift) + quadrant;
             angles[k] = high + (low + turned.select(-angles[k], angles[k]));
         }
         angles

@@ -192,7 +192,7 @@ mod tests {
     use crate::on_instruction_set;
 
     #[inline(always)]
-    fn all<S: Simd>(simd: S, [y, x, t]: [f64; 3]) -> [f64; 4] {
+    fn every_function<S: Simd>(simd: S, [y, x, t]: [f64; 3]) -> [f64; 4] {
         let splat = |value: f64| f64x4::splat(simd, value);
         [splat(y).atan2(splat(x))[0], splat(y).atan2_right(splat(x.abs()))[1], splat(y).ln()[2], splat(t).clausen_rest()[3]]
     }
@@ -211,7 +211,7 @@ mod tests {
             let scalars =
                 [arc_tangent::atan2(y, x), arc_tangent::atan2(y, x.abs()), logarithm::ln(y), dilogarithm::clausen_rest(t)];
             for level in instruction_sets() {
-                assert_eq!(on_instruction_set!(level, simd => all(simd, [y, x, t])), scalars, "{y:e} {x:e} {t:e}");
+                assert_eq!(on_instruction_set!(level, simd => every_function(simd, [y, x, t])), scalars, "{y:e} {x:e} {t:e}");
             }
         }
     }

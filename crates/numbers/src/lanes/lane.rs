@@ -86,7 +86,7 @@ impl<S: Simd, F: Lane> Lanes<S, F> {
 
     /// The same number in all lanes.
     #[inline(always)]
-    pub fn all(simd: S, value: F) -> Self {
+    pub fn splat(simd: S, value: F) -> Self {
         Self(F::Native::<S>::splat(simd, value))
     }
 
@@ -149,15 +149,15 @@ impl<S: Simd, F: Lane> Lanes<S, F> {
 /// each other; a coefficient is loaded once.
 #[inline(always)]
 pub fn polynomials<S: Simd, F: Lane, const N: usize>(simd: S, z: [Lanes<S, F>; N], c: &[F]) -> [Lanes<S, F>; N] {
-    let Some((last, rest)) = c.split_last() else { return [constant(simd, 0.0); N] };
-    let Some((next, rest)) = rest.split_last() else { return [Lanes::all(simd, *last); N] };
+    let Some((last, lower)) = c.split_last() else { return [constant(simd, 0.0); N] };
+    let Some((next, lower)) = lower.split_last() else { return [Lanes::splat(simd, *last); N] };
     let mut squares = z;
     for square in &mut squares {
         *square = *square * *square;
     }
-    let (mut sums, mut others) = ([Lanes::all(simd, *last); N], [Lanes::all(simd, *next); N]);
-    for coefficient in rest.iter().rev() {
-        let coefficient = Lanes::all(simd, *coefficient);
+    let (mut sums, mut others) = ([Lanes::splat(simd, *last); N], [Lanes::splat(simd, *next); N]);
+    for coefficient in lower.iter().rev() {
+        let coefficient = Lanes::splat(simd, *coefficient);
         for k in 0..N {
             (sums[k], others[k]) = (others[k], sums[k] * squares[k] + coefficient);
         }
@@ -181,7 +181,7 @@ pub fn align_frame() {
 /// The number nearest to a constant, in all lanes.
 #[inline(always)]
 pub fn constant<S: Simd, F: Lane>(simd: S, value: f64) -> Lanes<S, F> {
-    Lanes::all(simd, F::nearest(value))
+    Lanes::splat(simd, F::nearest(value))
 }
 
 /// Vectors from the first entries of three slices.
@@ -193,7 +193,7 @@ pub fn load<S: Simd, F: Lane>(simd: S, [x, y, z]: [&[F]; 3]) -> Vec3<Lanes<S, F>
 /// The same vector in all lanes.
 #[inline(always)]
 pub fn same<S: Simd, F: Lane>(simd: S, [x, y, z]: [F; 3]) -> Vec3<Lanes<S, F>> {
-    Vec3::new(Lanes::all(simd, x), Lanes::all(simd, y), Lanes::all(simd, z))
+    Vec3::new(Lanes::splat(simd, x), Lanes::splat(simd, y), Lanes::splat(simd, z))
 }
 
 impl<S: Simd, F: Lane> Mask<S, F> {

@@ -20,7 +20,7 @@ pub fn chosen<S: Simd>(mask: mask64x4<S>, set: Vec3<f64x4<S>>, unset: Vec3<f64x4
 
 /// The same vector in all lanes.
 #[inline(always)]
-pub fn all<S: Simd>(simd: S, v: DVec3) -> Vec3<f64x4<S>> {
+pub fn splat_vector<S: Simd>(simd: S, v: DVec3) -> Vec3<f64x4<S>> {
     Vec3::new(f64x4::splat(simd, v.x), f64x4::splat(simd, v.y), f64x4::splat(simd, v.z))
 }
 

@@ -48,7 +48,7 @@ const PSI: [f64; 10] = [
     3.093_407_690_573_923_5e-15,
 ];
 
-/// Errors of the coefficients and of what is left out of `double_sum` and of `psi` over the angle, in units of roundoff of 1.
+/// Errors of the coefficients and of the truncation of `double_sum` and of `psi` over the angle, in units of roundoff of 1.
 pub const REST: [f64; 2] = [0.1, 0.06];
 
 /// `DOUBLE_SERIES`, the first term last, off by a rounding; the eight leave 2^-55 of it.

@@ -59,7 +59,7 @@ struct Cell {
     discrepancy: [f64; 2],
     /// Rounding, likewise.
     rounding: [f64; 2],
-    /// The least estimate for its halves: what a jump that all points miss may hide.
+    /// The least estimate for its halves: the error by a jump that all points miss.
     inherited: [f64; 2],
     urgency: f64,
 }
@@ -181,7 +181,7 @@ impl Cell {
         Self { piece, integral: sums.integral, discrepancy: sums.discrepancy, rounding, inherited, urgency: 0.0 }
     }
 
-    /// Takes over what a half of `parent` may hide.
+    /// Takes over the least estimate for a half of `parent`.
     fn inherit(&mut self, parent: &Self) {
         for i in 0..2 {
             self.discrepancy[i] = self.discrepancy[i].max(parent.inherited[i]);
@@ -206,7 +206,7 @@ fn distrust(parent: &Cell, halves: &mut [Cell; 2]) {
     }
 }
 
-/// Whether to stop: both errors within tolerance, or what exceeds it is rounding.
+/// Whether to stop: both errors within tolerance, or above it by rounding only.
 fn verdict(totals: &Totals, tolerance: f64) -> Option<Status> {
     let size = lengths(totals.integral);
     let within = |i: usize| totals.discrepancy[i] + totals.rounding[i] <= tolerance * size[i];

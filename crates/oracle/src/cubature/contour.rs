@@ -100,8 +100,8 @@ mod tests {
         let pieces = edges().chain(triangles()).collect();
         let form = integrate(pieces, &|piece, at| change(&integrand, piece, at, integrand.contour(piece, at)));
         let gradient = |[_, u, v, n]: Four| FrameVector::new(u, v, n);
-        let off = gradient(form) - gradient(right);
-        [(form[0] / right[0] - 1.0).abs(), off.norm() / gradient(right).norm()]
+        let difference = gradient(form) - gradient(right);
+        [(form[0] / right[0] - 1.0).abs(), difference.norm() / gradient(right).norm()]
     }
 
     fn constant() -> Emission {
@@ -135,8 +135,8 @@ mod tests {
         let weight = 0.5 * integrand.emission(at) * inverse;
         let moment = integrand.moment(edge);
         let turned = integrand.normal.cross(&in_plane(edge.along));
-        let kept = if first { 1.0 } else { 0.0 };
-        let component = |i: usize| -weight * (kept * turned[i] + 2.0 * at.s * inverse * moment[i]);
+        let first_term = if first { 1.0 } else { 0.0 };
+        let component = |i: usize| -weight * (first_term * turned[i] + 2.0 * at.s * inverse * moment[i]);
         [f[0], component(0), component(1), component(2)]
     }
 

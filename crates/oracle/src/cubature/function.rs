@@ -68,7 +68,7 @@ pub fn integrate_function(
 }
 
 impl Estimate {
-    /// What this estimate, that rests on values alone, and another one say together.
+    /// This estimate, that rests on values alone, or another one where its error is smaller; a contradiction where they are apart.
     fn checked_by(self, other: &Self, tolerance: f64) -> Self {
         let apart = [(self.radiosity - other.radiosity).abs(), (self.gradient - other.gradient).length()];
         let (own, theirs) = (self.errors(), other.errors());

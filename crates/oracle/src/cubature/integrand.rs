@@ -14,7 +14,7 @@ use crate::region::plane::Vertex;
 use crate::region::{FrameVector, Region};
 use crate::source_function::SourceFunction;
 
-/// What an integrand needs of a region and of a source. Integrands are without the factor `rho/pi`, in scaled lengths,
+/// A region and a source, as an integrand reads them. Integrands are without the factor `rho/pi`, in scaled lengths,
 /// gradients in the frame `(u, v, n2)`.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Integrand<'a> {
@@ -34,7 +34,7 @@ impl<'a> Integrand<'a> {
     pub(crate) fn emission(&self, at: &Vertex) -> f64 {
         match self.source {
             SourceFunction::Emitter(emitter) => match emitter.emission() {
-                Emission::Polynomial(polynomial) => polynomial.at(self.region.point(at.p, at.q)),
+                Emission::Polynomial(polynomial) => polynomial.value_at(self.region.point(at.p, at.q)),
                 Emission::Constant(_) | Emission::Linear(_) => at.b,
             },
             SourceFunction::Function(function) => (function.radiosity)(self.region.point(at.p, at.q)),

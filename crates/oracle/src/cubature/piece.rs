@@ -113,12 +113,12 @@ impl Piece {
             Self::Triangle(triangle) => {
                 let (high, middle, low) = degrees.rules();
                 for (l, weight) in &high.points {
-                    sums.add(triangle.area * weight, integrand(self, &triangle.at(*l)));
+                    sums.add(triangle.area * weight, integrand(self, &triangle.point(*l)));
                 }
                 let by = |rule: &TriangleRule| {
                     let mut sum = [0.0; 4];
                     for (l, weight) in &rule.points {
-                        add(&mut sum, triangle.area * weight, integrand(self, &triangle.at(*l)));
+                        add(&mut sum, triangle.area * weight, integrand(self, &triangle.point(*l)));
                     }
                     sum
                 };
@@ -135,7 +135,7 @@ impl Piece {
             Self::Edge(edge) => {
                 let mut difference = [0.0; 4];
                 for [t, kronrod, gauss] in gauss_kronrod::points() {
-                    let f = integrand(self, &edge.at(t));
+                    let f = integrand(self, &edge.point(t));
                     sums.add(kronrod, f);
                     add(&mut difference, kronrod - gauss, f);
                 }

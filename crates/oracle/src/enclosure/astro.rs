@@ -29,7 +29,7 @@ pub(crate) fn half_unit_at(exponent: i32, bits: usize) -> f64 {
     scaled(1.0, exponent - i32::try_from(bits).unwrap_or(i32::MAX / 2))
 }
 
-/// The leading 53 bits, rounded toward zero; what is infinite is not a number.
+/// The leading 53 bits, rounded toward zero; NaN for an infinity.
 fn leading(value: &BigFloat) -> f64 {
     let Some((words, _, sign, exponent, _)) = value.as_raw_parts() else { return f64::NAN };
     if value.is_zero() {

@@ -149,7 +149,7 @@ pub(crate) fn vector<T: Real>(exact: &[Exact; 3], bits: usize) -> BallVector<T> 
 }
 
 /// `pi = 16 atan(1/5) - 4 atan(1/239)` (Machin 1706); each alternating series is cut after a term below the precision, which then
-/// bounds what was cut.
+/// bounds the truncation.
 pub(crate) fn pi<T: Real>(bits: usize) -> Ball<T> {
     let arctangent_of_inverse = |n: f64| {
         let one = Ball::<T>::from_f64(1.0, bits);
@@ -231,7 +231,7 @@ mod tests {
             }
             let (given, expected) = numbers.split_at(numbers.len() - 2);
             let balls: Vec<Ball<T>> = given.chunks(2).map(|ends| between(ends[0], ends[1], bits)).collect();
-            let found = match (operation, &balls[..]) {
+            let result = match (operation, &balls[..]) {
                 ("add", [x, y]) => x + y,
                 ("subtract", [x, y]) => x - y,
                 ("multiply", [x, y]) => x * y,
@@ -242,10 +242,10 @@ mod tests {
                 ("recip", [x]) => Ball::from_f64(1.0, bits).divided_by(x),
                 _ => panic!("{line}"),
             };
-            let (low, high) = Interval::new(found.middle.to_exact(), found.radius).bounds();
+            let (low, high) = Interval::new(result.middle.to_exact(), result.radius).bounds();
             assert!(low < expected[0].next_up() && high > expected[1].next_down(), "{line}: {low:e} {high:e}");
             if given.chunks(2).all(|ends| ends[0] == ends[1]) {
-                // A ball grows by the least normal double for what may underflow.
+                // A ball grows by the least normal double, which covers underflow.
                 let (least, most) = (expected[0].next_down() - f64::MIN_POSITIVE, expected[1].next_up() + f64::MIN_POSITIVE);
                 assert!(low >= least && high <= most, "{line}: {low:e} {high:e}");
                 points += 1;

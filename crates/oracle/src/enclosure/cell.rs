@@ -30,7 +30,7 @@ pub(crate) struct Shape {
     /// `n1.r` is `heights[0] + t heights[3] + s (heights[1] + t heights[2])`.
     pub(crate) heights: [f64; 4],
     pub(crate) emission: EmissionSize,
-    /// Tolerances that value and gradient must keep, as the factors `1 / tolerance`, times what multiplies the integral.
+    /// Tolerances that value and gradient must keep, as the factors `1 / tolerance`, times the factor of the integral.
     pub(crate) weights: Weights,
 }
 
@@ -137,7 +137,7 @@ pub(crate) struct Order {
     pub(crate) count: usize,
     /// The bound with that many, in units of the tolerance.
     pub(crate) error: f64,
-    /// Logarithm of the ellipse's R: what each further node gains twice.
+    /// Logarithm of the ellipse's R: each further node divides the error by `R^2`.
     gain: f64,
 }
 
@@ -189,13 +189,13 @@ fn order(shape: &Shape, pieces: &[Piece], measure: f64, share: f64) -> Order {
 
 /// Upper bound of the integrand over a piece, in units of the tolerance.
 fn largest(shape: &Shape, piece: &Piece, a: f64) -> f64 {
-    let at = |x: [f64; 2]| x[0] + a * x[1];
+    let linear = |x: [f64; 2]| x[0] + a * x[1];
     let gap = piece.gap(a);
     if gap.is_nan() || gap <= 0.0 {
         return f64::INFINITY;
     }
-    let s = at(piece.s);
-    let bilinear = |b: Bilinear| at(b.base) + s * at(b.rise);
+    let s = linear(piece.s);
+    let bilinear = |b: Bilinear| linear(b.base) + s * linear(b.rise);
     let way = piece.way.map(bilinear);
     let reach = length(shape.apex) + length(way);
     let [value, gradient, directional] = shape.emission.bounds(bilinear(piece.slope), way, reach);
@@ -204,7 +204,7 @@ fn largest(shape: &Shape, piece: &Piece, a: f64) -> f64 {
     let jacobian = match shape.jacobian {
         Jacobian::One => 1.0,
         Jacobian::Rising => s,
-        Jacobian::Falling => at(piece.rest),
+        Jacobian::Falling => linear(piece.rest),
     };
     let square = gap * gap;
     emission * bilinear(piece.height) * jacobian / (square * square) * (1.0 + SLACK)

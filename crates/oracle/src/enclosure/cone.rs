@@ -59,7 +59,7 @@ pub(crate) type Planes = Vec<Direction>;
 /// A corner of a cone, and the plane of the side from there to the next.
 #[derive(Debug, Clone)]
 pub(crate) struct Corner {
-    pub(crate) at: Rc<Direction>,
+    pub(crate) direction: Rc<Direction>,
     pub(crate) plane: usize,
     /// Whether the plane's normal points into the cone.
     pub(crate) inward: bool,
@@ -72,7 +72,7 @@ pub(crate) struct Cone(pub(crate) Vec<Corner>);
 impl Cone {
     /// The part on the side of a plane where its normal points to, or away from; none if that is empty.
     pub(crate) fn cut(&self, planes: &Planes, plane: usize, inward: bool, facing: &Direction) -> Option<Self> {
-        let depth = |corner: &Corner| planes[plane].side(&corner.at) * if inward { 1 } else { -1 };
+        let depth = |corner: &Corner| planes[plane].side(&corner.direction) * if inward { 1 } else { -1 };
         let depths: Vec<i32> = self.0.iter().map(depth).collect();
         if !depths.iter().any(|d| *d > 0) {
             return None;
@@ -80,25 +80,25 @@ impl Cone {
         if !depths.iter().any(|d| *d < 0) {
             return Some(self.clone());
         }
-        let mut kept = Vec::with_capacity(self.0.len() + 1);
+        let mut corners = Vec::with_capacity(self.0.len() + 1);
         for (i, corner) in self.0.iter().enumerate() {
             let next = depths[(i + 1) % depths.len()];
             if depths[i] > 0 || (depths[i] == 0 && next > 0) {
-                kept.push(corner.clone());
+                corners.push(corner.clone());
             } else if depths[i] == 0 && next < 0 {
-                kept.push(Corner { at: Rc::clone(&corner.at), plane, inward });
+                corners.push(Corner { direction: Rc::clone(&corner.direction), plane, inward });
             }
             if depths[i] * next < 0 {
                 let meeting = planes[corner.plane].cross(&planes[plane])?;
-                let at = Rc::new(if meeting.side(facing) < 0 { meeting } else { meeting.reversed() });
-                kept.push(if next < 0 { Corner { at, plane, inward } } else { Corner { at, ..corner.clone() } });
+                let direction = Rc::new(if meeting.side(facing) < 0 { meeting } else { meeting.reversed() });
+                corners.push(if next < 0 { Corner { direction, plane, inward } } else { Corner { direction, ..corner.clone() } });
             }
         }
-        Some(Self(kept))
+        Some(Self(corners))
     }
 
     /// Whether a plane has the whole cone on its outer side or on it.
     pub(crate) fn is_beyond(&self, normal: &Direction) -> bool {
-        self.0.iter().all(|corner| normal.side(&corner.at) <= 0)
+        self.0.iter().all(|corner| normal.side(&corner.direction) <= 0)
     }
 }

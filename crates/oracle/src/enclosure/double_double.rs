@@ -73,11 +73,11 @@ impl Real for DoubleDouble {
     /// The leading 53 bits and the next 53; the rest is the error.
     fn from_exact(exact: &Exact, _bits: usize) -> (Self, f64) {
         let first = exact.leading();
-        let rest = exact - &Exact::from(first);
-        let second = rest.leading();
-        let rest = &rest - &Exact::from(second);
+        let remainder = exact - &Exact::from(first);
+        let second = remainder.leading();
+        let remainder = &remainder - &Exact::from(second);
         let (hi, lo) = fast_two_sum(first, second);
-        (Self { hi, lo }, rest.magnitude())
+        (Self { hi, lo }, remainder.magnitude())
     }
 
     fn to_exact(&self) -> Exact {

@@ -12,7 +12,7 @@ use astro_float::{BigFloat, Sign, WORD_BIT_SIZE, Word};
 /// A dyadic rational: `+-M 2^(64 place)`, M the integer of the limbs, of which neither the first nor the last is 0.
 #[derive(Debug, Clone)]
 pub(crate) struct Exact {
-    /// What is not a number stays so, whatever is done with it.
+    /// False for NaN; every operation on NaN gives NaN.
     is_number: bool,
     negative: bool,
     place: i32,
@@ -107,17 +107,17 @@ impl Exact {
         Self { is_number: true, negative: false, place: 0, limbs: Limbs::Few([0; FEW], 0) }
     }
 
-    /// What is not a number.
+    /// NaN.
     pub(crate) const fn nan() -> Self {
         Self { is_number: false, negative: false, place: 0, limbs: Limbs::Few([0; FEW], 0) }
     }
 
     /// From limbs of which some at either end may be 0.
     fn trimmed(negative: bool, place: i32, limbs: Limbs) -> Self {
-        let all = limbs.get();
-        let Some(start) = all.iter().position(|limb| *limb != 0) else { return Self::zero() };
-        let end = all.iter().rposition(|limb| *limb != 0).map_or(all.len(), |last| last + 1);
-        let first = place + count(&all[..start]);
+        let digits = limbs.get();
+        let Some(start) = digits.iter().position(|limb| *limb != 0) else { return Self::zero() };
+        let end = digits.iter().rposition(|limb| *limb != 0).map_or(digits.len(), |last| last + 1);
+        let first = place + count(&digits[..start]);
         Self { is_number: true, negative, place: first, limbs: limbs.cut(start, end) }
     }
 
@@ -126,17 +126,17 @@ impl Exact {
         let (place, bits) = split(power);
         let mut shifted = Limbs::zeros(limbs.len() + 1);
         let mut carry = 0;
-        let all = shifted.get_mut();
-        for (to, limb) in all.iter_mut().zip(limbs) {
+        let digits = shifted.get_mut();
+        for (to, limb) in digits.iter_mut().zip(limbs) {
             let wide = u128::from(*limb) << bits;
             *to = low(wide) | carry;
             carry = low(wide >> 64);
         }
-        all[limbs.len()] = carry;
+        digits[limbs.len()] = carry;
         Self::trimmed(negative, place, shifted)
     }
 
-    /// The value of an arbitrary-precision number; what is infinite is no number here.
+    /// The value of an arbitrary-precision number; NaN for an infinity.
     pub(crate) fn of_big(value: &BigFloat) -> Self {
         if value.is_zero() {
             return Self::zero();
@@ -155,11 +155,11 @@ impl Exact {
         if self.is_zero() {
             return BigFloat::from_f64(0.0, 64);
         }
-        let all = self.limbs.get();
-        let zeros = all[all.len() - 1].leading_zeros();
-        let mut words: Vec<Word> = Vec::with_capacity(all.len() * 64 / WORD_BIT_SIZE);
+        let digits = self.limbs.get();
+        let zeros = digits[digits.len() - 1].leading_zeros();
+        let mut words: Vec<Word> = Vec::with_capacity(digits.len() * 64 / WORD_BIT_SIZE);
         let mut below = 0;
-        for limb in all {
+        for limb in digits {
             let wide = u128::from(*limb) << zeros;
             parted(low(wide) | below, &mut words);
             below = low(wide >> 64);
@@ -167,7 +167,7 @@ impl Exact {
         BigFloat::from_words(&words, if self.negative { Sign::Neg } else { Sign::Pos }, self.exponent())
     }
 
-    /// Sign, limbs with the lowest first, and the power of two at the lowest bit; none for what is not a number.
+    /// Sign, limbs with the lowest first, and the power of two at the lowest bit; `None` for NaN.
     pub(crate) fn parts(&self) -> Option<(bool, &[u64], i32)> {
         self.is_number.then(|| (self.negative, self.limbs.get(), 64 * self.place))
     }
@@ -188,9 +188,9 @@ impl Exact {
 
     /// The exponent `e` with `2^(e-1) <= |v| < 2^e`; 0 for 0.
     pub(crate) fn exponent(&self) -> i32 {
-        let all = self.limbs.get();
+        let digits = self.limbs.get();
         let zeros = |last: &u64| last.leading_zeros().cast_signed();
-        all.last().map_or(0, |last| 64 * (self.place + count(all)) - zeros(last))
+        digits.last().map_or(0, |last| 64 * (self.place + count(digits)) - zeros(last))
     }
 
     /// Multiplied by `2^power`.
@@ -223,10 +223,10 @@ impl Exact {
 
     /// The 53 leading bits, as an integer raised by `extra`, in the place they had.
     fn cut(&self, extra: u64) -> f64 {
-        let all = self.limbs.get();
-        let Some((last, rest)) = all.split_last() else { return 0.0 };
+        let digits = self.limbs.get();
+        let Some((last, lower)) = digits.split_last() else { return 0.0 };
         let zeros = last.leading_zeros();
-        let below = rest.last().map_or(0, |below| if zeros == 0 { 0 } else { below >> (64 - zeros) });
+        let below = lower.last().map_or(0, |below| if zeros == 0 { 0 } else { below >> (64 - zeros) });
         let top = last << zeros | below;
         let size = scaled(((top >> 11) + extra) as f64, self.exponent() - 53);
         if self.negative { -size } else { size }
@@ -265,24 +265,24 @@ impl Exact {
         let adds = self.negative == other_negative;
         let larger_is_self = adds || self.compare_size(other).is_ge();
         let (large, small, negative) = if larger_is_self { (self, other, self.negative) } else { (other, self, other_negative) };
-        let all = sum.get_mut();
+        let digits = sum.get_mut();
         let from = above(large.place, place);
-        all[from..from + large.limbs.get().len()].copy_from_slice(large.limbs.get());
-        let rest = &mut all[above(small.place, place)..];
+        digits[from..from + large.limbs.get().len()].copy_from_slice(large.limbs.get());
+        let overlap = &mut digits[above(small.place, place)..];
         if adds {
-            add_into(rest, small.limbs.get());
+            add_into(overlap, small.limbs.get());
         } else {
-            subtract_from(rest, small.limbs.get());
+            subtract_from(overlap, small.limbs.get());
         }
         Self::trimmed(negative, place, sum)
     }
 }
 
 /// Adds to the lowest limbs; there is room for the carry.
-fn add_into(all: &mut [u64], terms: &[u64]) {
+fn add_into(digits: &mut [u64], terms: &[u64]) {
     let mut carry = false;
     let zeros = std::iter::repeat(&0);
-    for (index, (limb, term)) in all.iter_mut().zip(terms.iter().chain(zeros)).enumerate() {
+    for (index, (limb, term)) in digits.iter_mut().zip(terms.iter().chain(zeros)).enumerate() {
         if index >= terms.len() && !carry {
             return;
         }
@@ -293,10 +293,10 @@ fn add_into(all: &mut [u64], terms: &[u64]) {
 }
 
 /// Subtracts from the lowest limbs of a larger number.
-fn subtract_from(all: &mut [u64], terms: &[u64]) {
+fn subtract_from(digits: &mut [u64], terms: &[u64]) {
     let mut borrow = false;
     let zeros = std::iter::repeat(&0);
-    for (index, (limb, term)) in all.iter_mut().zip(terms.iter().chain(zeros)).enumerate() {
+    for (index, (limb, term)) in digits.iter_mut().zip(terms.iter().chain(zeros)).enumerate() {
         if index >= terms.len() && !borrow {
             return;
         }
@@ -382,15 +382,15 @@ impl Mul for &Exact {
         }
         let (a, b) = (self.limbs.get(), other.limbs.get());
         let mut product = Limbs::zeros(a.len() + b.len());
-        let all = product.get_mut();
+        let digits = product.get_mut();
         for (i, x) in a.iter().enumerate() {
             let mut carry = 0;
-            for (y, to) in b.iter().zip(&mut all[i..]) {
+            for (y, to) in b.iter().zip(&mut digits[i..]) {
                 let term = u128::from(*x) * u128::from(*y) + u128::from(*to) + carry;
                 *to = low(term);
                 carry = term >> 64;
             }
-            all[i + b.len()] = low(carry);
+            digits[i + b.len()] = low(carry);
         }
         Exact::trimmed(self.negative != other.negative, self.place + other.place, product)
     }
@@ -406,8 +406,8 @@ impl Neg for &Exact {
 
 impl PartialEq for Exact {
     fn eq(&self, other: &Self) -> bool {
-        let of = |number: &Self| (number.is_number, number.negative, number.place);
-        self.is_number && of(self) == of(other) && self.limbs.get() == other.limbs.get()
+        let header = |number: &Self| (number.is_number, number.negative, number.place);
+        self.is_number && header(self) == header(other) && self.limbs.get() == other.limbs.get()
     }
 }
 

@@ -63,12 +63,12 @@ fn mapped<T: Real>([low, high]: [f64; 2], count: usize, jacobian: Jacobian, powe
             weights = weights.iter().zip(&nodes).map(|(w, s)| w * &(&one - s)).collect();
         }
     }
-    let mut all = vec![weights];
+    let mut weighted = vec![weights];
     for k in 1..powers {
-        let next = times(&all[k - 1]);
-        all.push(next);
+        let next = times(&weighted[k - 1]);
+        weighted.push(next);
     }
-    Mapped { nodes, powers: all }
+    Mapped { nodes, powers: weighted }
 }
 
 /// `T_k` on a line `q + s c`.
@@ -121,7 +121,7 @@ struct Squares<T> {
 }
 
 impl<T: Real> Squares<T> {
-    fn of(fan: &Fan<T>, two: &Ball<T>) -> Self {
+    fn of_fan(fan: &Fan<T>, two: &Ball<T>) -> Self {
         let Fan { apex, start, way, .. } = fan;
         let across = [two * &dot(apex, start), two * &dot(apex, way)];
         Self { apex: dot(apex, apex), across, along: [dot(start, start), two * &dot(start, way), dot(way, way)] }
@@ -142,7 +142,7 @@ impl<T: Real> Squares<T> {
 pub(crate) fn over_fan<T: Real>(fan: &Fan<T>, expansion: &Expansion<T>, cells: &[Cell], bits: usize) -> Moments<T> {
     let two = Ball::from_f64(2.0, bits);
     let mut integral = Moments::zero(&two);
-    let squares = Squares::of(fan, &two);
+    let squares = Squares::of_fan(fan, &two);
     for cell in cells {
         let radial = mapped(cell.s, cell.orders[0].count, fan.jacobian, expansion.degree + 2, bits);
         let transverse = mapped(cell.t, cell.orders[1].count, Jacobian::One, 1, bits);

@@ -1,8 +1,8 @@
 //! Numbers of a fixed number of limbs, 192 to 512 bits, kept where they stand: no operation allocates.
 //!
-//! A number is `+-M 2^(exponent - 64 N)` with an integer M of 64 N bits whose first one is set, or 0. Operations cut what is below
+//! A number is `+-M 2^(exponent - 64 N)` with an integer M of 64 N bits whose first one is set, or 0. Operations cut the digits below
 //! the last place, after a guard limb where they subtract; so sums and products err by less than two units in the last place of
-//! the result. A quotient comes with what is left of its last step of Newton's, which bounds its error.
+//! the result. A quotient comes with the residual of its last step of Newton's, which bounds its error.
 
 use crate::enclosure::arithmetic::Real;
 use crate::enclosure::double_double::two_product;
@@ -37,7 +37,7 @@ impl<const N: usize> Limbs<N> {
     #[allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, reason = "eight limbs at most")]
     const BITS: i32 = 64 * N as i32;
 
-    /// What an operation errs by at most, relative to its result: two units in the last place.
+    /// Bound on the error of an operation relative to its result: two units in the last place.
     const RELATIVE: f64 = f64::from_bits(((1023 + 2 - Self::BITS) as u64) << 52);
 
     #[inline]
@@ -79,19 +79,19 @@ impl<const N: usize> Limbs<N> {
         Self { negative, exponent, limbs }
     }
 
-    /// The limbs and a guard below them, so many places down; what leaves the guard is cut.
+    /// The limbs and a guard below them, so many places down; digits below the guard are cut.
     #[inline]
     fn shifted_down(&self, places: u32) -> ([u64; N], u64) {
         let (whole, bits) = ((places / 64) as usize, places % 64);
         // Limb i of an endless number with zeros at both ends.
         let limb = |i: usize| if i < N { self.limbs[i] } else { 0 };
-        let at = |i: usize| if bits == 0 { limb(i) } else { limb(i) >> bits | limb(i + 1) << (64 - bits) };
+        let shifted = |i: usize| if bits == 0 { limb(i) } else { limb(i) >> bits | limb(i + 1) << (64 - bits) };
         let guard = match whole {
             0 if bits == 0 => 0,
             0 => self.limbs[0] << (64 - bits),
-            _ => at(whole - 1),
+            _ => shifted(whole - 1),
         };
-        (std::array::from_fn(|i| at(i + whole)), guard)
+        (std::array::from_fn(|i| shifted(i + whole)), guard)
     }
 
     #[inline]
@@ -146,7 +146,7 @@ impl<const N: usize> Limbs<N> {
         Self::normalised(large.negative, large.exponent, limbs, low)
     }
 
-    /// What lies below the guard is left out: less than N units of the guard.
+    /// Products below the guard are left out: less than N units of the guard.
     #[inline]
     fn product(&self, other: &Self) -> Self {
         if self.is_zero() || other.is_zero() {
@@ -208,7 +208,7 @@ impl<const N: usize> Limbs<N> {
 
 impl<const N: usize> Limbs<N>
 where
-    Self: Kept,
+    Self: CachedRules,
 {
     /// About one over the number, which is not 0, and a bound on the relative error.
     ///
@@ -219,13 +219,13 @@ where
         let mut inverse = of_mantissa.rough_reciprocal();
         let mut correct = ROUGH;
         loop {
-            let rest = Self::of_double(1.0).sum(&of_mantissa.product(&inverse).opposite());
+            let defect = Self::of_double(1.0).sum(&of_mantissa.product(&inverse).opposite());
             let is_cubic = 2 * correct < Self::BITS && (3 * correct >= Self::BITS || 4 * correct < Self::BITS);
-            let change = if is_cubic { rest.sum(&rest.product(&rest)) } else { rest };
+            let change = if is_cubic { defect.sum(&defect.product(&defect)) } else { defect };
             inverse = inverse.sum(&inverse.product(&change));
             correct *= if is_cubic { 3 } else { 2 };
             if correct >= Self::BITS {
-                let size = rest.leading().abs() * (1.0 + 4.0 * f64::EPSILON) + 2.1 * Self::RELATIVE;
+                let size = defect.leading().abs() * (1.0 + 4.0 * f64::EPSILON) + 2.1 * Self::RELATIVE;
                 let power = if is_cubic { size * size * size } else { size * size };
                 let exponent = inverse.exponent.saturating_sub(self.exponent);
                 return (Self { negative: self.negative, exponent, ..inverse }, (power + 3.3 * Self::RELATIVE) * (1.0 + 1e-9));
@@ -241,15 +241,15 @@ where
         let low = ((first & 0x7ff) << 42 | second >> 22) as f64 * (UNIT * UNIT);
         let inverse = 1.0 / high;
         let (product, error) = two_product(high, inverse);
-        let rest = ((1.0 - product) - error) - low * inverse;
-        Self::of_double(inverse).sum(&Self::of_double(inverse * rest))
+        let defect = ((1.0 - product) - error) - low * inverse;
+        Self::of_double(inverse).sum(&Self::of_double(inverse * defect))
     }
 }
 
 /// `2^-53`.
 const UNIT: f64 = 1.0 / (1u64 << 53) as f64;
 
-/// Bits that are right of a reciprocal made of two doubles: for the cost only, what is right is computed.
+/// Correct bits of a reciprocal made of two doubles. It chooses the number of steps only: the error is computed.
 const ROUGH: i32 = 99;
 
 /// The lower half.
@@ -259,15 +259,15 @@ const fn low(wide: u128) -> u64 {
     wide as u64
 }
 
-/// Where the rules of each size are kept.
-pub(crate) trait Kept: Sized {
-    fn kept() -> &'static Rules<Self>;
+/// The cached rules of each size.
+pub(crate) trait CachedRules: Sized {
+    fn cached() -> &'static Rules<Self>;
 }
 
-macro_rules! kept {
+macro_rules! cached_rules {
     ($($n:literal)*) => {
-        $(impl Kept for Limbs<$n> {
-            fn kept() -> &'static Rules<Self> {
+        $(impl CachedRules for Limbs<$n> {
+            fn cached() -> &'static Rules<Self> {
                 static RULES: Rules<Limbs<$n>> = Rules::new();
                 &RULES
             }
@@ -275,28 +275,28 @@ macro_rules! kept {
     };
 }
 
-kept!(3 4 5 6 7 8);
+cached_rules!(3 4 5 6 7 8);
 
 impl<const N: usize> Real for Limbs<N>
 where
-    Self: Kept,
+    Self: CachedRules,
 {
     fn from_f64(value: f64, _bits: usize) -> Self {
         Self::of_double(value)
     }
 
     fn from_exact(exact: &Exact, _bits: usize) -> (Self, f64) {
-        let Some((negative, all, _)) = exact.parts() else { return (Self::ZERO, f64::INFINITY) };
-        let kept = &all[all.len().saturating_sub(N + 1)..];
+        let Some((negative, digits, _)) = exact.parts() else { return (Self::ZERO, f64::INFINITY) };
+        let leading = &digits[digits.len().saturating_sub(N + 1)..];
         // The first limb of the number is not 0, so with the guard all places are filled.
-        let limb = |i: usize| kept.len().checked_sub(N - i).map_or(0, |at| kept[at]);
-        let guard = kept.len().checked_sub(N + 1).map_or(0, |at| kept[at]);
+        let limb = |i: usize| leading.len().checked_sub(N - i).map_or(0, |at| leading[at]);
+        let guard = leading.len().checked_sub(N + 1).map_or(0, |at| leading[at]);
         let places = exact.exponent();
         // Where the first bit is set in the first limb.
-        let lifted = kept.last().map_or(0, |first| first.leading_zeros().cast_signed());
-        let found = Self::normalised(negative, places + lifted, std::array::from_fn(limb), guard);
-        let is_cut = all.len() > N + 1 || guard << lifted != 0;
-        (found, if is_cut { found.two_units() } else { 0.0 })
+        let lifted = leading.last().map_or(0, |first| first.leading_zeros().cast_signed());
+        let rounded = Self::normalised(negative, places + lifted, std::array::from_fn(limb), guard);
+        let is_cut = digits.len() > N + 1 || guard << lifted != 0;
+        (rounded, if is_cut { rounded.two_units() } else { 0.0 })
     }
 
     fn to_exact(&self) -> Exact {
@@ -310,7 +310,7 @@ where
     #[inline]
     fn add(&self, other: &Self) -> (Self, f64) {
         let sum = self.sum(other);
-        // Where all cancels what was cut is below the guard of the larger operand.
+        // Where all digits cancel, the cut ones are below the guard of the larger operand.
         let bound = if sum.is_zero() { 0.0 } else { sum.two_units() };
         (sum, bound)
     }
@@ -380,7 +380,7 @@ where
     }
 
     fn rules() -> &'static Rules<Self> {
-        Self::kept()
+        Self::cached()
     }
 }
 
@@ -400,7 +400,7 @@ mod tests {
 
     fn check<const N: usize>(a: f64, b: f64, bits: u64, near: u32) -> Result<(), TestCaseError>
     where
-        Limbs<N>: Kept,
+        Limbs<N>: CachedRules,
     {
         let x = number::<N>(a, bits);
         // Close to -x in one case of two, so that sums cancel.
@@ -418,18 +418,18 @@ mod tests {
         };
         let (p, q) = (x.to_exact(), y.to_exact());
         prop_assert_eq!(Limbs::<N>::from_exact(&p, 64 * N), (x, 0.0));
-        let off = |found: &Limbs<N>, truth: &Exact| (&found.to_exact() - truth).magnitude();
+        let error = |computed: &Limbs<N>, truth: &Exact| (&computed.to_exact() - truth).magnitude();
         let (sum, bound) = x.add(&y);
-        prop_assert!(off(&sum, &(&p + &q)) <= bound, "{:e} {bound:e}", off(&sum, &(&p + &q)));
+        prop_assert!(error(&sum, &(&p + &q)) <= bound, "{:e} {bound:e}", error(&sum, &(&p + &q)));
         let (difference, bound) = x.subtract(&y);
-        prop_assert!(off(&difference, &(&p - &q)) <= bound);
+        prop_assert!(error(&difference, &(&p - &q)) <= bound);
         let (product, bound) = x.multiply(&y);
-        prop_assert!(off(&product, &(&p * &q)) <= bound);
+        prop_assert!(error(&product, &(&p * &q)) <= bound);
         prop_assert!(bound <= product.leading().abs() * power_of_two(2 - Limbs::<N>::BITS));
         let (quotient, bound) = x.divide(&y);
-        let rest = (&(&quotient.to_exact() * &q) - &p).magnitude();
-        prop_assert!(rest <= bound * y.leading().abs() * (1.0 + 1e-12), "{rest:e} {bound:e}");
-        // What the rules of Gauss and Legendre count on.
+        let residual = (&(&quotient.to_exact() * &q) - &p).magnitude();
+        prop_assert!(residual <= bound * y.leading().abs() * (1.0 + 1e-12), "{residual:e} {bound:e}");
+        // The rules of Gauss and Legendre rely on this bound.
         prop_assert!(bound <= 22.0 * quotient.leading().abs() * power_of_two(-Limbs::<N>::BITS), "{bound:e}");
         let positive = Limbs { negative: false, ..x };
         let root = positive.approximate_root();

@@ -190,11 +190,11 @@ impl<T: Real> Prepared<T> {
     pub(crate) fn first_tolerances(&self) -> Tolerances {
         let largest = self.triangles.iter().map(|patch| {
             let unit = Tolerances { value: 1.0, gradient: 1.0 };
-            let at = |fan: &(Fan<T>, Expansion<T>)| {
+            let largest_emission = |fan: &(Fan<T>, Expansion<T>)| {
                 let emission = patch.shape(fan, unit).emission;
                 emission.value + emission.slopes[1].abs().max((emission.slopes[1] + emission.slopes[2]).abs())
             };
-            patch.fans.iter().map(at).fold(0.0, f64::max)
+            patch.fans.iter().map(largest_emission).fold(0.0, f64::max)
         });
         let value = self.prefactor.magnitude() * largest.fold(0.0, f64::max);
         Tolerances { value: 1e-3 * value, gradient: 1e-3 * value }
@@ -285,13 +285,13 @@ impl<T: Real> Pass<T> {
     /// exceeds them, since smaller cells would not help.
     pub(crate) fn next_tolerances(&self, last: Tolerances, goal: f64, reached: Reached) -> Option<Tolerances> {
         let rounding = self.rounding();
-        let known = |middle: f64, radius: f64| middle.abs() > 4.0 * radius;
-        let value_known = known(reached.radiosity, reached.radiosity_radius);
-        let gradient_known = known(reached.gradient, 2.0 * reached.gradient_radius);
+        let has_digits = |middle: f64, radius: f64| middle.abs() > 4.0 * radius;
+        let value_known = has_digits(reached.radiosity, reached.radiosity_radius);
+        let gradient_known = has_digits(reached.gradient, 2.0 * reached.gradient_radius);
         let all_known = value_known && gradient_known;
-        let next = |last: f64, middle: f64, radius: f64, rounding: f64, known: bool| {
+        let next = |last: f64, middle: f64, radius: f64, rounding: f64, has_digits: bool| {
             let target = 0.5 * goal * (middle - 2.0 * radius);
-            match known {
+            match has_digits {
                 false if rounding > 0.5 * radius => None,
                 false => Some(last * 1e-5),
                 true if rounding > target => None,

@@ -39,7 +39,7 @@ pub(crate) enum Generator {
 /// The convex polygons of an occluder: itself where it is exactly planar and convex, otherwise the triangles that ear clipping
 /// gives. Those in a plane with the receiver are left out.
 pub(crate) fn occluders(frame: &Frame, polygon: &Polygon, planes: &mut Planes, generators: &mut Vec<Generator>) -> Vec<Occluder> {
-    let vertices: Vec<ExactVector> = polygon.vertices().iter().map(|v| frame.seen(*v)).collect();
+    let vertices: Vec<ExactVector> = polygon.vertices().iter().map(|v| frame.relative(*v)).collect();
     let parts = triangles(polygon);
     let whole: Vec<usize> = (0..vertices.len()).collect();
     let is_whole = parts.first().is_some_and(|first| is_flat_and_convex(&vertices, *first));
@@ -106,23 +106,23 @@ impl Occluder {
 
     /// Replaces each cone by its parts outside a shadow; whether any was not outside as a whole.
     pub(crate) fn hide(&self, cones: &mut Vec<Cone>, shadow: &[usize], planes: &Planes, facing: &Direction) -> bool {
-        let mut seen = Vec::with_capacity(cones.len());
+        let mut lit = Vec::with_capacity(cones.len());
         let mut hides = false;
         for cone in cones.drain(..) {
-            match self.rest(&cone, shadow, planes, facing) {
+            match self.outside(&cone, shadow, planes, facing) {
                 Some(parts) => {
                     hides = true;
-                    seen.extend(parts);
+                    lit.extend(parts);
                 }
-                None => seen.push(cone),
+                None => lit.push(cone),
             }
         }
-        *cones = seen;
+        *cones = lit;
         hides
     }
 
     /// The parts of a cone outside a shadow; none if that is all of it.
-    fn rest(&self, cone: &Cone, shadow: &[usize], planes: &Planes, facing: &Direction) -> Option<Vec<Cone>> {
+    fn outside(&self, cone: &Cone, shadow: &[usize], planes: &Planes, facing: &Direction) -> Option<Vec<Cone>> {
         let has_shadow_outside = |side: &Corner| {
             let inward = if side.inward { 1 } else { -1 };
             self.corners.iter().all(|own| planes[side.plane].side(own) * inward <= 0)
@@ -130,12 +130,12 @@ impl Occluder {
         if shadow.iter().any(|plane| cone.is_beyond(&planes[*plane])) || cone.0.iter().any(has_shadow_outside) {
             return None;
         }
-        let mut seen = Vec::new();
-        let mut rest = cone.clone();
+        let mut outside = Vec::new();
+        let mut inside = cone.clone();
         for plane in shadow {
-            seen.extend(rest.cut(planes, *plane, false, facing));
-            rest = rest.cut(planes, *plane, true, facing)?;
+            outside.extend(inside.cut(planes, *plane, false, facing));
+            inside = inside.cut(planes, *plane, true, facing)?;
         }
-        Some(seen)
+        Some(outside)
     }
 }

@@ -235,7 +235,7 @@ impl<T: Real> Expansion<T> {
             let step = &to[axis] - &self.at[axis];
             for other in 0..=n {
                 for another in 0..=n - other {
-                    let at = |power: usize| {
+                    let index = |power: usize| {
                         let mut powers = [other, another, 0];
                         powers.rotate_right(axis + 1);
                         powers[axis] = power;
@@ -244,7 +244,7 @@ impl<T: Real> Expansion<T> {
                     let top = n - other - another;
                     for low in 0..top {
                         for power in (low..top).rev() {
-                            coefficients[at(power)] = &coefficients[at(power)] + &(&step * &coefficients[at(power + 1)]);
+                            coefficients[index(power)] = &coefficients[index(power)] + &(&step * &coefficients[index(power + 1)]);
                         }
                     }
                 }

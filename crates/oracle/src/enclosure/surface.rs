@@ -73,7 +73,7 @@ impl Frame {
     }
 
     /// A point of the world in the receiver's coordinates.
-    pub(crate) fn seen(&self, point: DVec3) -> ExactVector {
+    pub(crate) fn relative(&self, point: DVec3) -> ExactVector {
         let point = point.to_array();
         std::array::from_fn(|i| &Exact::from(point[i]).times_power(self.scale) + &self.origin[i])
     }
@@ -277,7 +277,7 @@ fn apex(frame: &Frame, triangle: &Triangle, outline: &[Stretch]) -> (Point, [Opt
 }
 
 /// A point of the triangle's plane next to `target`, exact: `r_0 + l e1 + m e2` with doubles l, m. The longest edge is e2: the
-/// error of l then moves the point along the shortest way, and m makes good for what it does along e2.
+/// error of l then moves the point along the shortest way, and m corrects its part along e2.
 fn interior(frame: &Frame, triangle: &Triangle, target: [f64; 3]) -> Point {
     let near = triangle.corners.map(|i| [0, 1, 2].map(|axis| frame.vertices[i][axis].leading()));
     let length = |m: usize| {
@@ -289,8 +289,8 @@ fn interior(frame: &Frame, triangle: &Triangle, target: [f64; 3]) -> Point {
     let (e1, e2) = (minus(near[first], near[base]), minus(near[second], near[base]));
     let (normal, way) = (cross64(e1, e2), minus(target, near[base]));
     let l = dot64(cross64(way, e2), normal) / dot64(normal, normal);
-    let rest = [0, 1, 2].map(|i| way[i] - l * e1[i]);
-    let m = dot64(rest, e2) / dot64(e2, e2);
+    let residual = [0, 1, 2].map(|i| way[i] - l * e1[i]);
+    let m = dot64(residual, e2) / dot64(e2, e2);
     let corner = |place: usize| (&frame.vertices[triangle.corners[place]], &frame.heights[triangle.corners[place]]);
     let ((r0, h0), (r1, h1), (r2, h2)) = (corner(base), corner(first), corner(second));
     let position = along(&along(r0, l, &difference(r1, r0)), m, &difference(r2, r0));

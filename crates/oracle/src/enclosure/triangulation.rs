@@ -3,7 +3,7 @@
 //! A polygon with more than three vertices is planar only up to the rounding of its vertices; the integral is over these triangles,
 //! each in its own exact plane. Decisions are made on the projection along the largest component of the normal, with the predicate
 //! of Shewchuk (Discrete Comput. Geom. 18, 1997), so they are those of exact arithmetic. A vertex is left out only if it is on the line of its
-//! neighbours in space: one that is off it along the projection alone bounds what is seen from elsewhere.
+//! neighbours in space: one that is off it along the projection alone is on the outline seen from elsewhere.
 
 use radgrad_core::Polygon;
 use robust::{Coord, orient2d};
@@ -13,20 +13,23 @@ use crate::enclosure::exact::{Exact, scaled};
 /// Indices of the corners of each triangle, in the polygon's order.
 pub(crate) fn triangles(polygon: &Polygon) -> Vec<[usize; 3]> {
     let [points, others @ ..] = projections(polygon);
-    let is_straight = |rest: &[usize], place: usize| others.iter().chain([&points]).all(|points| is_flat(points, rest, place));
-    let mut rest: Vec<usize> = (0..points.len()).collect();
+    let is_straight =
+        |remaining: &[usize], place: usize| others.iter().chain([&points]).all(|points| is_flat(points, remaining, place));
+    let mut remaining: Vec<usize> = (0..points.len()).collect();
     let mut triangles = Vec::with_capacity(points.len() - 2);
-    while rest.len() > 3 {
-        let straight = (0..rest.len()).find(|&place| is_straight(&rest, place));
+    while remaining.len() > 3 {
+        let straight = (0..remaining.len()).find(|&place| is_straight(&remaining, place));
         // A simple polygon always has an ear (Meisters 1975).
-        let Some(place) = straight.or_else(|| (0..rest.len()).find(|&place| is_ear(&points, &rest, place))) else { break };
+        let Some(place) = straight.or_else(|| (0..remaining.len()).find(|&place| is_ear(&points, &remaining, place))) else {
+            break;
+        };
         if straight.is_none() {
-            triangles.push(around(&rest, place));
+            triangles.push(around(&remaining, place));
         }
-        rest.remove(place);
+        remaining.remove(place);
     }
-    if rest.len() == 3 && !is_flat(&points, &rest, 1) {
-        triangles.push([rest[0], rest[1], rest[2]]);
+    if remaining.len() == 3 && !is_flat(&points, &remaining, 1) {
+        triangles.push([remaining[0], remaining[1], remaining[2]]);
     }
     triangles
 }
@@ -48,23 +51,23 @@ fn projections(polygon: &Polygon) -> [Vec<Coord<f64>>; 3] {
     [onto(i, j), onto(j, axis), onto(axis, i)]
 }
 
-fn around(rest: &[usize], place: usize) -> [usize; 3] {
-    let count = rest.len();
-    [rest[(place + count - 1) % count], rest[place], rest[(place + 1) % count]]
+fn around(remaining: &[usize], place: usize) -> [usize; 3] {
+    let count = remaining.len();
+    [remaining[(place + count - 1) % count], remaining[place], remaining[(place + 1) % count]]
 }
 
 /// Whether the vertex is seen on the line of its neighbours.
-fn is_flat(points: &[Coord<f64>], rest: &[usize], place: usize) -> bool {
-    let [a, b, c] = around(rest, place).map(|i| points[i]);
+fn is_flat(points: &[Coord<f64>], remaining: &[usize], place: usize) -> bool {
+    let [a, b, c] = around(remaining, place).map(|i| points[i]);
     orient2d(a, b, c) == 0.0
 }
 
 /// Whether the vertex is convex and its triangle holds no other vertex.
-fn is_ear(points: &[Coord<f64>], rest: &[usize], place: usize) -> bool {
-    let corners = around(rest, place);
+fn is_ear(points: &[Coord<f64>], remaining: &[usize], place: usize) -> bool {
+    let corners = around(remaining, place);
     let [a, b, c] = corners.map(|i| points[i]);
     let inside = |p: Coord<f64>| orient2d(a, b, p) >= 0.0 && orient2d(b, c, p) >= 0.0 && orient2d(c, a, p) >= 0.0;
-    orient2d(a, b, c) > 0.0 && !rest.iter().any(|i| !corners.contains(i) && inside(points[*i]))
+    orient2d(a, b, c) > 0.0 && !remaining.iter().any(|i| !corners.contains(i) && inside(points[*i]))
 }
 
 #[cfg(test)]
@@ -79,9 +82,10 @@ mod tests {
 
     #[test]
     fn a_vertex_off_the_line_of_its_neighbours_along_the_projection_alone_is_kept() {
-        let corners = |off: f64| [(0.0, 0.0, 0.0), (1.0, 0.0, off), (2.0, 0.0, 0.0), (2.0, 2.0, 0.0), (0.0, 2.0, 0.0)];
-        let polygon = |off: f64| Polygon::from_rounded(corners(off).map(|(x, y, z)| DVec3::new(x, y, z)).to_vec(), 1e-6).unwrap();
-        assert_eq!([0.0, 1e-7].map(|off| triangles(&polygon(off)).len()), [2, 3]);
+        let corners = |height: f64| [(0.0, 0.0, 0.0), (1.0, 0.0, height), (2.0, 0.0, 0.0), (2.0, 2.0, 0.0), (0.0, 2.0, 0.0)];
+        let polygon =
+            |height: f64| Polygon::from_rounded(corners(height).map(|(x, y, z)| DVec3::new(x, y, z)).to_vec(), 1e-6).unwrap();
+        assert_eq!([0.0, 1e-7].map(|height| triangles(&polygon(height)).len()), [2, 3]);
         assert!((area(&polygon(1e-7)) - 4.0).abs() < 1e-6);
     }
 

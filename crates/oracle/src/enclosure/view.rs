@@ -76,11 +76,11 @@ impl View {
                 is_hidden |= occluder.hide(&mut cones, &shadow, &planes, &facing);
             }
             for cone in cones {
-                let points: Vec<Point> = cone.0.iter().map(|corner| point(frame, triangle, &corner.at)).collect();
+                let points: Vec<Point> = cone.0.iter().map(|corner| point(frame, triangle, &corner.direction)).collect();
                 let next = points.iter().cycle().skip(1);
                 let outline = points.iter().zip(next).map(|(a, b)| Stretch::between([a.clone(), b.clone()])).collect();
                 view.pieces.push(Piece { triangle: index, outline });
-                let next = cone.0.iter().cycle().skip(1).map(|corner| Rc::clone(&corner.at));
+                let next = cone.0.iter().cycle().skip(1).map(|corner| Rc::clone(&corner.direction));
                 sides.extend(cone.0.iter().cloned().zip(next).map(|(from, to)| Bound { triangle: index, from, to }));
             }
         }
@@ -98,8 +98,8 @@ fn cone(frame: &Frame, triangle: &Triangle, planes: &mut Planes, generators: &mu
     for m in 0..3 {
         let (i, j) = (triangle.corners[m], triangle.corners[(m + 1) % 3]);
         let edge = [i.min(j), i.max(j)];
-        let known = generators.iter().position(|g| matches!(g, Generator::Edge(other) if *other == edge));
-        let plane = match known {
+        let existing = generators.iter().position(|g| matches!(g, Generator::Edge(other) if *other == edge));
+        let plane = match existing {
             Some(plane) => plane,
             None => {
                 planes.push(Direction::new(&cross(&frame.vertices[edge[1]], &frame.vertices[edge[0]]))?);
@@ -107,7 +107,7 @@ fn cone(frame: &Frame, triangle: &Triangle, planes: &mut Planes, generators: &mu
                 planes.len() - 1
             }
         };
-        corners.push(Corner { at: Rc::new(Direction::new(&frame.vertices[i])?), plane, inward: i < j });
+        corners.push(Corner { direction: Rc::new(Direction::new(&frame.vertices[i])?), plane, inward: i < j });
     }
     Some(Cone(corners))
 }
@@ -138,7 +138,7 @@ fn borders(frame: &Frame, sides: &[Bound], planes: &Planes, generators: &[Genera
     along.flat_map(|sides| net(frame, sides, &planes[sides[0].from.plane], &generators[sides[0].from.plane])).collect()
 }
 
-/// An end of a side, what it adds to the count there, and the side's triangle.
+/// An end of a side, its term of the count there, and the side's triangle.
 type End<'a> = (&'a Rc<Direction>, i32, usize);
 
 /// The borders on one line: at each end of a side the count of pieces to the left of `+normal` less those to the right changes.
@@ -148,7 +148,7 @@ fn net(frame: &Frame, sides: &[&Bound], normal: &Direction, generator: &Generato
     let mut ends: Vec<End<'_>> = Vec::with_capacity(2 * sides.len());
     for side in sides {
         let step = if side.from.inward { 1 } else { -1 };
-        let (low, high) = if side.from.inward { (&side.from.at, &side.to) } else { (&side.to, &side.from.at) };
+        let (low, high) = if side.from.inward { (&side.from.direction, &side.to) } else { (&side.to, &side.from.direction) };
         ends.extend([(low, step, side.triangle), (high, -step, side.triangle)]);
     }
     let order = |a: &Direction, b: &Direction| match b.cross(a) {
@@ -160,7 +160,7 @@ fn net(frame: &Frame, sides: &[&Bound], normal: &Direction, generator: &Generato
         Generator::Occluder(line) => Some((**line).clone()),
         _ => None,
     };
-    let mut found = Vec::new();
+    let mut borders = Vec::new();
     let (mut count, mut start): (i32, Option<End<'_>>) = (0, None);
     for place in ends.chunk_by(|a, b| order(a.0, b.0).is_eq()) {
         count += place.iter().map(|(_, step, _)| step).sum::<i32>();
@@ -171,12 +171,12 @@ fn net(frame: &Frame, sides: &[&Bound], normal: &Direction, generator: &Generato
             let owner = &frame.triangles[triangle];
             let [low, high] = [low, place[0].0].map(|direction| point(frame, owner, direction));
             let ends = if sense > 0 { [low, high] } else { [high, low] };
-            found.push(Border { triangle, stretch: Stretch::between(ends), cast: cast.clone() });
+            borders.push(Border { triangle, stretch: Stretch::between(ends), cast: cast.clone() });
         }
         if count != 0 {
             let owner = place.iter().find(|(_, step, _)| step.signum() == count.signum()).map_or(place[0].2, |p| p.2);
             start = Some((place[0].0, count.signum(), owner));
         }
     }
-    found
+    borders
 }

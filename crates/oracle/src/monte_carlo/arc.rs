@@ -47,8 +47,8 @@ mod tests {
             let whole = arc(a, b);
             for v in [0.0, 0.1, 0.5, 1.0] {
                 let [start, end] = whole.weights(v);
-                let at = a * start + b * end;
-                assert!((a.angle_between(at) - v * whole.angle).abs() < 1e-7, "{v}: {at}");
+                let direction = a * start + b * end;
+                assert!((a.angle_between(direction) - v * whole.angle).abs() < 1e-7, "{v}: {direction}");
                 assert!((start + end - 1.0).abs() < 1e-15);
             }
         }
@@ -58,8 +58,8 @@ mod tests {
     fn the_measure_is_the_integral_of_the_inverse_square() {
         let (a, b) = (DVec3::new(0.5, -1.0, 0.25), DVec3::new(0.25, 2.0, 1.0));
         let count = 1000;
-        let at = |i: i32| a.lerp(b, (f64::from(i) + 0.5) / f64::from(count)).length_squared();
-        let sum: f64 = (0..count).map(|i| (b - a).length() / f64::from(count) / at(i)).sum();
+        let squared = |i: i32| a.lerp(b, (f64::from(i) + 0.5) / f64::from(count)).length_squared();
+        let sum: f64 = (0..count).map(|i| (b - a).length() / f64::from(count) / squared(i)).sum();
         assert!((arc(a, b).measure / sum - 1.0).abs() < 1e-5);
         // End-on, from 1 to 3: 1 - 1/3.
         assert!((arc(DVec3::X, DVec3::X * 3.0).measure - 2.0 / 3.0).abs() < 1e-15);

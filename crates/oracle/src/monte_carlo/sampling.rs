@@ -59,12 +59,12 @@ impl<'a> Sampler<'a> {
         match self.sampling {
             Sampling::Area => {
                 let root = within.sqrt();
-                (triangle.at([1.0 - root, root * (1.0 - v), root * v]), self.total())
+                (triangle.point([1.0 - root, root * (1.0 - v), root * v]), self.total())
             }
             Sampling::SolidAngle => {
-                let at = triangle.at(Corners::new(triangle, self.height).barycentric([within, v]));
-                let squared = at.p * at.p + at.q * at.q + self.height * self.height;
-                (at, self.total() * squared * squared.sqrt() / self.height)
+                let vertex = triangle.point(Corners::new(triangle, self.height).barycentric([within, v]));
+                let squared = vertex.p * vertex.p + vertex.q * vertex.q + self.height * self.height;
+                (vertex, self.total() * squared * squared.sqrt() / self.height)
             }
         }
     }
@@ -160,9 +160,9 @@ mod tests {
                 // v = 1 is on the side from corner 0 to corner 2.
                 let [first, second, last] = Corners::new(&whole, height).barycentric([u, 1.0]);
                 assert!(second.abs() < 1e-12 && first > 0.0 && last > 0.0, "{first} {second} {last}");
-                let at = [0, 1].map(|i| first * corners[0][i] + last * corners[2][i]);
-                let [part, all] = [solid_angle([corners[0], corners[1], at], height), solid_angle(corners, height)];
-                assert!((part / all - u).abs() < 1e-6 * u, "{corners:?} {u}: {}", part / all);
+                let split = [0, 1].map(|i| first * corners[0][i] + last * corners[2][i]);
+                let [part, whole] = [solid_angle([corners[0], corners[1], split], height), solid_angle(corners, height)];
+                assert!((part / whole - u).abs() < 1e-6 * u, "{corners:?} {u}: {}", part / whole);
             }
         }
     }
@@ -170,11 +170,11 @@ mod tests {
     #[test]
     fn the_second_coordinate_is_uniform_in_the_cosine_from_corner_1() {
         let corners = [[0.3, -0.2], [2.0, 0.5], [-1.0, 1.5]];
-        let seen = Corners::new(&triangle(corners), 0.7);
+        let sampled = Corners::new(&triangle(corners), 0.7);
         let cosine = |v: f64| {
-            let l = seen.barycentric([0.4, v]);
+            let l = sampled.barycentric([0.4, v]);
             let ray = [0, 1].map(|i| l[0] * corners[0][i] + l[1] * corners[1][i] + l[2] * corners[2][i]);
-            FrameVector::new(ray[0], ray[1], -0.7).normalize().dot(&seen.directions[1])
+            FrameVector::new(ray[0], ray[1], -0.7).normalize().dot(&sampled.directions[1])
         };
         for v in [0.0, 0.1, 0.5, 0.8] {
             assert!((cosine(v) - (1.0 - v * (1.0 - cosine(1.0)))).abs() < 1e-14);

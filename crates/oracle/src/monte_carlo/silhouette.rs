@@ -9,8 +9,8 @@
 //! there, however close the receiver is to the plane, however narrow or far the emitter; only occluders in front of them are to be
 //! looked for. An edge of an occluder counts where it is seen against the emitter on either side, nothing hides the emitter just
 //! left of it, and its own polygon hides it just right of it. Polygons that share an edge as seen from `x` (the faces of a box)
-//! would both count it: the first in the list does. Not sampled is the line in which an occluder crosses the emitter itself: it ends
-//! what is seen and is an edge of neither, so that gradients there are off by its part, and values are not.
+//! would both count it: the first in the list does. Not sampled is the line in which an occluder crosses the emitter itself: it bounds
+//! the visible part and is an edge of neither, so that gradients there lack its term, and values do not.
 
 use glam::DVec3;
 
@@ -21,7 +21,7 @@ use crate::monte_carlo::visibility::{Occluders, SeenPolygon};
 use crate::region::plane::{Edge, Vertex};
 use crate::region::{FrameVector, Region};
 
-/// How far beside an edge it is decided what occluders hide there: this share of the edge's length or of its distance, whichever
+/// Distance beside an edge at which visibility is decided: this share of the edge's length or of its distance, whichever
 /// is less,
 const BESIDE: f64 = 1e-8;
 
@@ -40,7 +40,7 @@ struct GeneratingEdge {
     /// `r x e`, the same all along it.
     moment: DVec3,
     along: DVec3,
-    of: Owner,
+    owner: Owner,
 }
 
 /// The polygon of an edge.
@@ -94,11 +94,11 @@ impl<'a> Silhouette<'a> {
         let index = self.cumulated.partition_point(|sum| *sum <= place).min(self.edges.len().saturating_sub(1));
         let Some(edge) = self.edges.get(index) else { return DVec3::ZERO };
         let weights = edge.arc.weights(v);
-        let seen = match &edge.of {
+        let sample = match &edge.owner {
             Owner::Emitter(border) => self.at_emitter(edge, &border.between(weights)),
             Owner::Occluder { index, ends } => self.at_occluder(edge, *index, ends[0] * weights[0] + ends[1] * weights[1]),
         };
-        let Some((emission, incidence, squared)) = seen else { return DVec3::ZERO };
+        let Some((emission, incidence, squared)) = sample else { return DVec3::ZERO };
         edge.moment * (-emission * incidence * self.total() / (squared * edge.length))
     }
 
@@ -118,7 +118,7 @@ impl<'a> Silhouette<'a> {
             return None;
         }
         let behind = ray * lengthening;
-        let at = self.region.vertex(u.dot(behind), v.dot(behind))?;
+        let vertex = self.region.vertex(u.dot(behind), v.dot(behind))?;
         let [left, right] = [ray, -ray].map(|through| edge.beside(self.region, behind, through));
         // Where the emitter's own border passes by, that border bounds the visible part, and the occluder's edge does not.
         let is_border = [left, right].iter().any(|beside| self.region.vertex(u.dot(*beside), v.dot(*beside)).is_none());
@@ -126,7 +126,7 @@ impl<'a> Silhouette<'a> {
             && self.occluders.polygons[index].blocks(right)
             && !self.occluders.polygons[..index].iter().any(|earlier| earlier.blocks(right));
         let counts = hidden && !self.occluders.block(left);
-        counts.then(|| (self.integrand.emission(&at), at.s / lengthening, ray.length_squared()))
+        counts.then(|| (self.integrand.emission(&vertex), vertex.s / lengthening, ray.length_squared()))
     }
 }
 
@@ -150,22 +150,22 @@ impl GeneratingEdge {
         let along = FrameVector::new(edge.along[0], edge.along[1], 0.0);
         let arc = Arc::new([a.norm(), b.norm()], a.dot(&b), along.norm(), moment.norm());
         let [moment, space_along] = [moment, along].map(|v| region.to_space(v));
-        Self { arc, length: along.norm(), moment, along: space_along, of: Owner::Emitter(*edge) }
+        Self { arc, length: along.norm(), moment, along: space_along, owner: Owner::Emitter(*edge) }
     }
 
     fn of_occluder(index: usize, ends: [DVec3; 2]) -> Self {
         let [from, to] = ends;
         let (moment, along) = (from.cross(to), to - from);
         let arc = Arc::new([from.length(), to.length()], from.dot(to), along.length(), moment.length());
-        Self { arc, length: along.length(), moment, along, of: Owner::Occluder { index, ends } }
+        Self { arc, length: along.length(), moment, along, owner: Owner::Occluder { index, ends } }
     }
 
     /// A ray just left of `ray`, or just right with `through` reversed, that ends just short of the emitter's plane.
     fn beside(&self, region: &Region, ray: DVec3, through: DVec3) -> DVec3 {
-        let left = self.along.cross(through);
-        let (length, distance) = (left.length(), ray.length());
+        let across = self.along.cross(through);
+        let (length, distance) = (across.length(), ray.length());
         let share = (BESIDE * self.length / distance).clamp(LEAST_BESIDE, BESIDE);
-        let aside = if length > 0.0 { ray + left * (share * distance / length) } else { ray };
+        let aside = if length > 0.0 { ray + across * (share * distance / length) } else { ray };
         // The step aside is across the ray, which leaves the plane where that is seen at a slant.
         let onto = -region.height / region.axes[2].dot(aside);
         let onto = if (0.5..2.0).contains(&onto) { onto } else { 1.0 };

@@ -27,7 +27,7 @@ pub(crate) struct SeenPolygon {
 }
 
 impl Occluders {
-    /// `scale` is what lengths are multiplied by.
+    /// Lengths are multiplied by `scale`.
     pub(crate) fn new(position: DVec3, scale: f64, polygons: &[Polygon]) -> Self {
         Self { polygons: polygons.iter().map(|polygon| SeenPolygon::new(position, scale, polygon)).collect() }
     }
@@ -60,8 +60,8 @@ impl SeenPolygon {
     pub(crate) fn covers(&self, ray: DVec3) -> bool {
         // As a x (b - a): of two rays that are nearly parallel, far away, the cross product would have lost its digits.
         let side = |a: DVec3, b: DVec3| ray.dot(a.cross(b - a));
-        let left = |vertex: DVec3| side(self.rays[0], vertex) >= 0.0;
-        let winding = |pair: &[DVec3]| match (left(pair[0]), left(pair[1])) {
+        let is_left = |vertex: DVec3| side(self.rays[0], vertex) >= 0.0;
+        let winding = |pair: &[DVec3]| match (is_left(pair[0]), is_left(pair[1])) {
             (true, false) => i32::from(side(pair[0], pair[1]) > 0.0),
             (false, true) => -i32::from(side(pair[0], pair[1]) < 0.0),
             _ => 0,

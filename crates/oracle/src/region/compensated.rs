@@ -124,11 +124,11 @@ impl Div for Pair {
     /// Long division, three digits of base 2^53.
     fn div(self, divisor: Self) -> Self {
         let first = self.high / divisor.high;
-        let rest = self - divisor * Self::from(first);
-        let second = rest.high / divisor.high;
-        let rest = rest - divisor * Self::from(second);
+        let remainder = self - divisor * Self::from(first);
+        let second = remainder.high / divisor.high;
+        let remainder = remainder - divisor * Self::from(second);
         let (high, low) = two_sum(first, second);
-        Self { high, low } + Self::from(rest.high / divisor.high)
+        Self { high, low } + Self::from(remainder.high / divisor.high)
     }
 }
 

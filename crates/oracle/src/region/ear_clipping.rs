@@ -8,21 +8,21 @@ use crate::region::{PreciseVertex, twice_area};
 
 /// Triangles that cover the polygon, counter-clockwise.
 pub(crate) fn triangulate(polygon: &[PreciseVertex]) -> Result<Vec<[PreciseVertex; 3]>, Error> {
-    let mut left = polygon.to_vec();
+    let mut remaining = polygon.to_vec();
     let mut triangles = Vec::with_capacity(polygon.len().saturating_sub(2));
-    while left.len() > 3 {
-        let count = left.len();
-        let around = |i: usize| [left[(i + count - 1) % count], left[i], left[(i + 1) % count]];
+    while remaining.len() > 3 {
+        let count = remaining.len();
+        let around = |i: usize| [remaining[(i + count - 1) % count], remaining[i], remaining[(i + 1) % count]];
         let flat = (0..count).find(|&i| is_flat(&around(i)));
-        let Some(tip) = flat.or_else(|| (0..count).find(|&i| is_ear(&around(i), &left))) else {
+        let Some(tip) = flat.or_else(|| (0..count).find(|&i| is_ear(&around(i), &remaining))) else {
             return Err(Error::Triangulation { remaining: count });
         };
         if flat.is_none() {
             triangles.push(around(tip));
         }
-        left.remove(tip);
+        remaining.remove(tip);
     }
-    if let [a, b, c] = left[..]
+    if let [a, b, c] = remaining[..]
         && twice_area(&a, &b, &c).is_positive()
     {
         triangles.push([a, b, c]);
@@ -36,10 +36,10 @@ fn is_flat([a, b, c]: &[PreciseVertex; 3]) -> bool {
 }
 
 /// Whether the corner is convex and no other vertex lies in its triangle.
-fn is_ear(corner: &[PreciseVertex; 3], left: &[PreciseVertex]) -> bool {
+fn is_ear(corner: &[PreciseVertex; 3], remaining: &[PreciseVertex]) -> bool {
     let [a, b, c] = corner;
     twice_area(a, b, c).is_positive()
-        && !left.iter().any(|v| {
+        && !remaining.iter().any(|v| {
             !corner.contains(v) && [(a, b), (b, c), (c, a)].iter().all(|(from, to)| !twice_area(from, to, v).is_negative())
         })
 }

@@ -32,7 +32,7 @@ pub(crate) struct Edge {
 impl Edge {
     /// The point at `t` in `[0, 1]`.
     #[inline]
-    pub(crate) fn at(&self, t: f64) -> Vertex {
+    pub(crate) fn point(&self, t: f64) -> Vertex {
         self.between([1.0 - t, t])
     }
 
@@ -45,7 +45,7 @@ impl Edge {
     }
 
     pub(crate) fn halves(&self) -> [Self; 2] {
-        let middle = self.at(0.5);
+        let middle = self.point(0.5);
         let half = |from, to| Self { ends: [from, to], along: self.along.map(|c| 0.5 * c), moment: 0.5 * self.moment };
         [half(self.ends[0], middle), half(middle, self.ends[1])]
     }
@@ -63,7 +63,7 @@ impl Edge {
 impl Triangle {
     /// The point with barycentric coordinates `l`.
     #[inline]
-    pub(crate) fn at(&self, l: [f64; 3]) -> Vertex {
+    pub(crate) fn point(&self, l: [f64; 3]) -> Vertex {
         let [a, b, c] = &self.corners;
         Vertex {
             p: l[0] * a.p + l[1] * b.p + l[2] * c.p,
@@ -79,7 +79,7 @@ impl Triangle {
         let opposite = |from: &Vertex, to: &Vertex| (to.p - from.p) * (q - from.q) - (to.q - from.q) * (p - from.p);
         let parts = [opposite(b, c), opposite(c, a), opposite(a, b)];
         let sum = parts[0] + parts[1] + parts[2];
-        (sum > 0.0 && parts.iter().all(|part| *part >= 0.0)).then(|| self.at(parts.map(|part| part / sum)))
+        (sum > 0.0 && parts.iter().all(|part| *part >= 0.0)).then(|| self.point(parts.map(|part| part / sum)))
     }
 
     /// Halves, by the middle of the longest edge.

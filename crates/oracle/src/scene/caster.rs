@@ -48,7 +48,7 @@ impl Plate {
 pub(super) struct Hit {
     pub(super) face: usize,
     /// Distance in lengths of the direction.
-    pub(super) at: f64,
+    pub(super) parameter: f64,
     /// Whether the side that gives and takes light was met.
     pub(super) front: bool,
 }
@@ -83,17 +83,17 @@ impl Caster {
                 continue;
             }
             let advance = plate.normal.dot(direction);
-            let at = -plate.height(origin) / advance;
+            let parameter = -plate.height(origin) / advance;
             let best = if advance < 0.0 { &mut front } else { &mut back };
             // Also false where the ray is in the plane and the quotient is not a number.
-            let nearer = at > 0.0 && best.is_none_or(|hit| at < hit.at);
+            let nearer = parameter > 0.0 && best.is_none_or(|hit| parameter < hit.parameter);
             if nearer && !plate.holds(origin, self.slack) && shear.meets(origin, &plate.vertices) {
-                *best = Some(Hit { face, at, front: advance < 0.0 });
+                *best = Some(Hit { face, parameter, front: advance < 0.0 });
             }
         }
         let (Some(hit), Some(behind)) = (front, back) else { return front.or(back) };
-        let is_there = || self.plates[behind.face].holds(origin + direction * hit.at, self.slack);
-        if hit.at <= behind.at || is_there() { front } else { back }
+        let is_there = || self.plates[behind.face].holds(origin + direction * hit.parameter, self.slack);
+        if hit.parameter <= behind.parameter || is_there() { front } else { back }
     }
 
     /// Whether nothing is between a point of face `from` and a point of face `to`.
@@ -104,8 +104,9 @@ impl Caster {
             if face == from || face == to || self.level[from][face] || self.level[to][face] {
                 return false;
             }
-            let at = -plate.height(origin) / plate.normal.dot(direction);
-            let is_between = at > 0.0 && at < 1.0 && ![origin, end].iter().any(|point| plate.holds(*point, self.slack));
+            let parameter = -plate.height(origin) / plate.normal.dot(direction);
+            let is_between =
+                parameter > 0.0 && parameter < 1.0 && ![origin, end].iter().any(|point| plate.holds(*point, self.slack));
             is_between && shear.meets(origin, &plate.vertices)
         };
         !self.plates.iter().enumerate().any(blocks)
@@ -175,8 +176,8 @@ mod tests {
     fn the_nearest_face_counts_and_backs_are_told_from_fronts() {
         let caster = Caster::new(&[square(0.0, true), square(1.0, true), square(2.0, false)]);
         let first = |from, z, up: f64| caster.first(from, DVec3::new(0.3, 0.6, z), DVec3::Z * up);
-        assert_eq!(first(0, 0.0, 1.0), Some(Hit { face: 1, at: 1.0, front: false }));
-        assert_eq!(first(1, 1.0, 2.0), Some(Hit { face: 2, at: 0.5, front: true }));
+        assert_eq!(first(0, 0.0, 1.0), Some(Hit { face: 1, parameter: 1.0, front: false }));
+        assert_eq!(first(1, 1.0, 2.0), Some(Hit { face: 2, parameter: 0.5, front: true }));
         assert_eq!(first(2, 2.0, 1.0), None);
         assert!(!caster.is_clear([0, 2], DVec3::new(0.3, 0.3, 0.0), DVec3::new(0.4, 0.4, 2.0)));
         assert!(caster.is_clear([0, 1], DVec3::new(0.3, 0.3, 0.0), DVec3::new(0.4, 0.4, 1.0)));
@@ -206,10 +207,11 @@ mod tests {
             let place = |x: f64, y: f64, z: f64| turn * DVec3::new(x, y, z) + shift;
             // The upper side in squares, the lower one in others.
             let side = |count: u32, up: bool| {
-                let at = move |k: u32| 2.0 * f64::from(k) / f64::from(count) - 1.0;
+                let coordinate = move |k: u32| 2.0 * f64::from(k) / f64::from(count) - 1.0;
                 (0..count * count).map(move |k| {
                     let (i, j) = (k / count, k % count);
-                    let mut corners = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)].map(|(i, j)| place(at(i), at(j), 0.0));
+                    let mut corners =
+                        [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)].map(|(i, j)| place(coordinate(i), coordinate(j), 0.0));
                     if !up {
                         corners.reverse();
                     }
@@ -228,7 +230,7 @@ mod tests {
                     let origin = place(1.9 * uniform(), 1.9 * uniform(), z);
                     let end = place(x, y, 0.0);
                     let hit = caster.first(from, origin, end - origin).unwrap();
-                    assert!(hit.front && (hit.face < upper) == up && (hit.at - 1.0).abs() < 1e-12, "{hit:?}");
+                    assert!(hit.front && (hit.face < upper) == up && (hit.parameter - 1.0).abs() < 1e-12, "{hit:?}");
                     assert!(caster.is_clear([from, hit.face], origin, end));
                     // And from there the wall, past all faces of either side.
                     let hit = caster.first(hit.face, end, origin - end).unwrap();

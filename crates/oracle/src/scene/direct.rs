@@ -6,7 +6,7 @@ use radgrad_core::{Emission, Emitter, Polygon, Receiver};
 use super::{Point, Scene};
 use crate::confidence::ConfidenceInterval;
 use crate::enclosure::source::Source;
-use crate::enclosure::{Request, enclose_source_past};
+use crate::enclosure::{Request, enclose_source_occluded};
 use crate::error::Error;
 
 impl Scene {
@@ -51,7 +51,7 @@ impl Scene {
             let emitter = Emitter::new(face.polygon.clone(), Emission::Constant(emitted)).map_err(Error::Problem)?;
             let hiding = self.may_hide(point, lamp);
             let request = Request { budget: BUDGET, ..Request::digits(digits) };
-            let enclosed = enclose_source_past(&receiver, &Source::Emitter(&emitter), &hiding, &request)?;
+            let enclosed = enclose_source_occluded(&receiver, &Source::Emitter(&emitter), &hiding, &request)?;
             let (low, high) = enclosed.radiosity.bounds();
             sum = ConfidenceInterval { low: (sum.low + low).next_down(), high: (sum.high + high).next_up() };
         }

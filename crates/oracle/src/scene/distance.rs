@@ -34,7 +34,7 @@ fn to_segment(p: DVec3, q: DVec3, point: DVec3) -> f64 {
 
 /// Distance of two triangles: 0 where they cross, else that of an edge and an edge or of a vertex and a triangle.
 pub(super) fn between_triangles(s: &Corners3, t: &Corners3) -> f64 {
-    let edges = |of: &Corners3| [0, 1, 2].map(|i| [of[i], of[(i + 1) % 3]]);
+    let edges = |corners: &Corners3| [0, 1, 2].map(|i| [corners[i], corners[(i + 1) % 3]]);
     if edges(s).iter().any(|edge| crosses(edge, t)) || edges(t).iter().any(|edge| crosses(edge, s)) {
         return 0.0;
     }
@@ -50,8 +50,8 @@ fn crosses([p, q]: &[DVec3; 2], [a, b, c]: &Corners3) -> bool {
     if low * high > 0.0 || low == high {
         return false;
     }
-    let at = *p + (*q - *p) * (low / (low - high));
-    [(a, b), (b, c), (c, a)].into_iter().all(|(v, w)| (*w - *v).cross(at - *v).dot(normal) >= 0.0)
+    let crossing = *p + (*q - *p) * (low / (low - high));
+    [(a, b), (b, c), (c, a)].into_iter().all(|(v, w)| (*w - *v).cross(crossing - *v).dot(normal) >= 0.0)
 }
 
 fn between_segments([p, q]: [DVec3; 2], [a, b]: [DVec3; 2]) -> f64 {

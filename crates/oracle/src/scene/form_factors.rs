@@ -92,9 +92,9 @@ impl Scene {
                 hits[hit.face] += 1;
             }
         }
-        let known =
+        let fraction =
             |hits: u32| Known { value: f64::from(hits) / f64::from(rays), interval: of_successes(hits, rays, confidence) };
-        Ok(hits.into_iter().map(known).collect())
+        Ok(hits.into_iter().map(fraction).collect())
     }
 }
 
@@ -125,10 +125,10 @@ mod tests {
         // The centred screen, by integrals of closed forms. Of 200 runs 20 may be off by more, and hardly any are: Hoeffding holds
         // whatever the factor.
         let (error, expected) = (0.02, 0.099_506_294_6);
-        let off = |seed: u64| (scene.form_factors(0, error, seed, 0.9).unwrap()[1].value - expected).abs();
-        let beyond = (0..200).filter(|&seed| off(seed) > error).count();
+        let deviation = |seed: u64| (scene.form_factors(0, error, seed, 0.9).unwrap()[1].value - expected).abs();
+        let beyond = (0..200).filter(|&seed| deviation(seed) > error).count();
         assert!(beyond <= 20, "{beyond}");
-        // The limits are narrower than what was asked for, and hold as often.
+        // The limits are narrower than requested, and hold as often.
         let within = (0..200).filter(|&seed| {
             let interval = scene.form_factors(0, error, seed, 0.9).unwrap()[1].interval;
             assert!(interval.width() <= 2.0 * error);

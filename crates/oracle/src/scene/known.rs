@@ -72,14 +72,14 @@ impl FacingRectangles {
     #[must_use]
     pub fn truth(&self, points: &[(usize, [f64; 2])]) -> (Known, Vec<Known>) {
         let [fine, coarse] = [FINE, COARSE].map(|count| self.solve(count));
-        let known = |of: &dyn Fn(&Nodes) -> f64| {
-            let [value, other] = [of(&fine), of(&coarse)];
+        let between_orders = |quantity: &dyn Fn(&Nodes) -> f64| {
+            let [value, other] = [quantity(&fine), quantity(&coarse)];
             let largest = fine.values.iter().flatten().copied().fold(0.0, f64::max);
             let half = 10.0 * (value - other).abs() + ROUNDING * largest;
             Known { value, interval: ConfidenceInterval { low: value - half, high: value + half } }
         };
-        let mean = known(&|nodes| self.mean_reflected(nodes));
-        (mean, points.iter().map(|&(which, at)| known(&|nodes| self.at(nodes, which, at))).collect())
+        let mean = between_orders(&|nodes| self.mean_reflected(nodes));
+        (mean, points.iter().map(|&(which, at)| between_orders(&|nodes| self.radiosity(nodes, which, at))).collect())
     }
 
     /// The gradients of the irradiance `G B` along x and y, at points as [`Self::truth`] takes them.
@@ -164,7 +164,7 @@ impl FacingRectangles {
         }
     }
 
-    fn at(&self, nodes: &Nodes, which: usize, at: [f64; 2]) -> f64 {
+    fn radiosity(&self, nodes: &Nodes, which: usize, at: [f64; 2]) -> f64 {
         let other = 1 - which;
         let gathered = nodes.rule[other].iter().zip(&nodes.values[other]).map(|([x, y, w], b)| w * self.kernel(at, [*x, *y]) * b);
         self.emitted[which] + self.reflectance[which] * gathered.sum::<f64>()

@@ -64,9 +64,9 @@ pub(super) struct LampTriangle {
 }
 
 impl LampTriangle {
-    pub(super) fn new(face: usize, corners: Corners3, of: &Face) -> Self {
-        let normal = of.polygon.normal();
-        Self { face, emitted: of.emitted, area: area(&corners), normal, tangents: tangents(normal), corners }
+    pub(super) fn new(face: usize, corners: Corners3, surface: &Face) -> Self {
+        let normal = surface.polygon.normal();
+        Self { face, emitted: surface.emitted, area: area(&corners), normal, tangents: tangents(normal), corners }
     }
 
     pub(super) fn power(&self) -> f64 {
@@ -85,7 +85,7 @@ impl LampTriangle {
     }
 
     /// The point with these weights of the corners.
-    pub(super) fn at(&self, weights: [f64; 3]) -> DVec3 {
+    pub(super) fn point(&self, weights: [f64; 3]) -> DVec3 {
         let [a, b, c] = self.corners;
         a * weights[0] + b * weights[1] + c * weights[2]
     }

@@ -11,7 +11,7 @@ use super::{Effort, Kind, Known, LEAST_WEIGHT, Point, Scene, Truth};
 use crate::Error;
 use crate::confidence::{ConfidenceInterval, Moments, check_confidence};
 
-/// Walks of the pilot, which says what a walk costs and enters nothing else.
+/// Walks of the pilot, which measures the cost of a walk and enters nothing else.
 const PILOT: usize = 64;
 
 /// Fewest walks: fewer say nothing.
@@ -34,7 +34,7 @@ impl Scene {
     /// ```
     /// use radgrad_core::{DVec3, Polygon};
     /// use radgrad_oracle::scene::{Effort, Face, Point, Scene};
-    /// // A closed tetrahedron of which every face emits what it does not reflect: the radiosity is 1 everywhere.
+    /// // A closed tetrahedron of which every face has `E = 1 - rho`: the radiosity is 1 everywhere.
     /// let [a, b, c, d] = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
     /// let faces = [([a, b, c], 0.5), ([a, c, d], 0.8), ([a, d, b], 0.2), ([b, d, c], 0.7)].map(|(corners, reflectance)| Face {
     ///     polygon: Polygon::new(corners.to_vec()).unwrap(),
@@ -87,20 +87,23 @@ impl Scene {
         let at_points = effort.rays_a_point * points.len();
         for (asked, rays, stream) in [(0..1, effort.rays, 0), (1..questions.len(), at_points, u64::MAX / 2)] {
             let asked: Vec<usize> = asked.filter(|&i| kinds[i] == Kind::Particles).collect();
-            let of: Vec<Question<'_>> = asked.iter().map(|&i| questions[i]).collect();
-            if !of.is_empty() {
-                asked.into_iter().zip(self.particles(&of, rays, effort.seed, stream)).for_each(|(i, of)| moments[i] = of);
+            let by_particles: Vec<Question<'_>> = asked.iter().map(|&i| questions[i]).collect();
+            if !by_particles.is_empty() {
+                asked
+                    .into_iter()
+                    .zip(self.particles(&by_particles, rays, effort.seed, stream))
+                    .for_each(|(i, moment)| moments[i] = moment);
             }
         }
         for (i, question) in questions.iter().enumerate().filter(|(i, _)| kinds[*i] != Kind::Particles) {
             let rays = if i == 0 { effort.rays } else { effort.rays_a_point };
             moments[i] = self.walks(kinds[i], question, rays, effort.seed, 1 + i as u64);
         }
-        let known = |i: usize| self.limits(&moments[i], self.range(kinds[i], &questions[i]), effort.confidence);
-        let mut truth = Truth { reflected: known(0), emitted: self.mean_emitted(effort.seed), points: Vec::new() };
+        let limits = |i: usize| self.limits(&moments[i], self.range(kinds[i], &questions[i]), effort.confidence);
+        let mut truth = Truth { reflected: limits(0), emitted: self.mean_emitted(effort.seed), points: Vec::new() };
         for (i, point) in points.iter().enumerate() {
-            let [rho, emitted] = self.faces[point.face].at(point.position);
-            let Known { value, interval } = known(i + 1);
+            let [rho, emitted] = self.faces[point.face].reflectance_and_emission(point.position);
+            let Known { value, interval } = limits(i + 1);
             let direct = self.direct_at(point, effort, i as u64)?;
             let with = |reflected: f64, direct: f64| emitted + rho * direct + reflected;
             truth.points.push(Known {
@@ -141,14 +144,14 @@ impl Scene {
     }
 
     fn limits(&self, moments: &Moments, range: f64, confidence: f64) -> Known {
-        let all = ConfidenceInterval { low: 0.0, high: range };
+        let support = ConfidenceInterval { low: 0.0, high: range };
         let interval = if range.is_finite() {
-            moments.distribution_free(confidence, all).widened(ROUNDING * range)
+            moments.distribution_free(confidence, support).widened(ROUNDING * range)
         } else {
             ConfidenceInterval { low: 0.0, high: f64::INFINITY }
         };
-        let rest = if range > 0.0 { self.series.rest * range } else { 0.0 };
-        Known { value: moments.mean(), interval: ConfidenceInterval { low: interval.low, high: interval.high + rest } }
+        let remainder = if range > 0.0 { self.series.rest * range } else { 0.0 };
+        Known { value: moments.mean(), interval: ConfidenceInterval { low: interval.low, high: interval.high + remainder } }
     }
 
     /// How many walks so many rays are, by a few that are not used.
@@ -164,7 +167,7 @@ impl Scene {
         let mut contributions = vec![0.0; questions.len()];
         if self.whole_power() == 0.0 {
             // Nothing contributes, and nothing could.
-            moments.iter_mut().for_each(|of| (0..FEWEST).for_each(|_| of.add(0.0)));
+            moments.iter_mut().for_each(|moment| (0..FEWEST).for_each(|_| moment.add(0.0)));
             return moments;
         }
         let mut generator = ChaCha8Rng::seed_from_u64(seed);
@@ -173,7 +176,7 @@ impl Scene {
         for _ in 0..count {
             contributions.fill(0.0);
             self.particle(questions, &mut contributions, &mut generator);
-            moments.iter_mut().zip(&contributions).for_each(|(of, contribution)| of.add(*contribution));
+            moments.iter_mut().zip(&contributions).for_each(|(moment, contribution)| moment.add(*contribution));
         }
         moments
     }
@@ -185,7 +188,7 @@ impl Scene {
         let lamp = &self.lamps[self.power.partition_point(|sum| *sum <= place).min(self.lamps.len() - 1)];
         let (mut face, mut at) = (lamp.face, on_triangle(&lamp.corners, generator));
         // With a pattern less than the most is emitted.
-        let mut weight = power * self.faces[face].at(at)[1] / lamp.emitted;
+        let mut weight = power * self.faces[face].reflectance_and_emission(at)[1] / lamp.emitted;
         let (least, mut rays) = (LEAST_WEIGHT * power, 0);
         let area = self.area();
         for _ in 0..self.series.bounces {
@@ -195,8 +198,8 @@ impl Scene {
             else {
                 break;
             };
-            (face, at) = (hit.face, at + direction * hit.at);
-            weight *= self.faces[face].at(at)[0];
+            (face, at) = (hit.face, at + direction * hit.parameter);
+            weight *= self.faces[face].reflectance_and_emission(at)[0];
             if weight == 0.0 {
                 break;
             }
@@ -213,7 +216,7 @@ impl Scene {
                         if !self.caster.is_clear([point.face, face], point.position, at) {
                             continue;
                         }
-                        weight * k * self.faces[point.face].at(point.position)[0]
+                        weight * k * self.faces[point.face].reflectance_and_emission(point.position)[0]
                     }
                 };
             }
@@ -264,7 +267,7 @@ impl Scene {
     /// Reflected light at a point by one walk, direct light included or not, and the rays it took.
     fn walk(&self, kind: Kind, face: usize, at: DVec3, direct: bool, generator: &mut ChaCha8Rng) -> (f64, usize) {
         let (mut face, mut at) = (face, at);
-        let mut weight = self.faces[face].at(at)[0];
+        let mut weight = self.faces[face].reflectance_and_emission(at)[0];
         let (mut sum, mut rays) = (0.0, 0);
         if weight == 0.0 {
             return (0.0, 1);
@@ -281,8 +284,8 @@ impl Scene {
             else {
                 break;
             };
-            (face, at) = (hit.face, at + direction * hit.at);
-            let [rho, emitted] = self.faces[face].at(at);
+            (face, at) = (hit.face, at + direction * hit.parameter);
+            let [rho, emitted] = self.faces[face].reflectance_and_emission(at);
             if kind == Kind::Plain && (direct || bounce > 0) {
                 sum += weight * emitted;
             }
@@ -304,28 +307,29 @@ impl Scene {
         (sum, rays)
     }
 
-    /// Direct irradiance at a point by one point of one lamp: a triangle in proportion to what it could give, `E Omega / pi`, and
+    /// Direct irradiance at a point by one point of one lamp: a triangle in proportion to its free irradiance, `E Omega / pi`, and
     /// a point of it by solid angle.
     fn look(&self, face: usize, at: DVec3, generator: &mut ChaCha8Rng) -> f64 {
         let normal = self.faces[face].polygon.normal();
-        let mut seen = Vec::with_capacity(self.lamps.len());
+        let mut visible = Vec::with_capacity(self.lamps.len());
         let mut total = 0.0;
         for lamp in self.lamps.iter().filter(|lamp| lamp.face != face && !self.caster.is_level(lamp.face, face)) {
             if let Some(corners) = lamp.seen_from(at) {
                 total += lamp.emitted * corners.solid_angle() / PI;
-                seen.push((total, lamp, corners));
+                visible.push((total, lamp, corners));
             }
         }
         let place = uniform(generator) * total;
-        let Some((_, lamp, corners)) = seen.get(seen.partition_point(|(sum, _, _)| *sum <= place).min(seen.len().max(1) - 1))
+        let Some((_, lamp, corners)) =
+            visible.get(visible.partition_point(|(sum, _, _)| *sum <= place).min(visible.len().max(1) - 1))
         else {
             return 0.0;
         };
-        let end = lamp.at(corners.barycentric([uniform(generator), uniform(generator)]));
+        let end = lamp.point(corners.barycentric([uniform(generator), uniform(generator)]));
         let ray = end - at;
         let cosine = normal.dot(ray) / ray.length();
         if cosine > 0.0 && self.caster.is_clear([face, lamp.face], at, end) {
-            total * cosine * self.faces[lamp.face].at(end)[1] / lamp.emitted
+            total * cosine * self.faces[lamp.face].reflectance_and_emission(end)[1] / lamp.emitted
         } else {
             0.0
         }
@@ -340,13 +344,13 @@ impl Scene {
         }
         let mut generator = ChaCha8Rng::seed_from_u64(effort.seed);
         generator.set_stream(u64::MAX - stream);
-        let seen = self.lamps.iter().filter(|lamp| lamp.face != point.face);
-        let range = seen.filter_map(|lamp| Some(lamp.emitted * lamp.seen_from(point.position)?.solid_angle() / PI)).sum();
+        let lamps = self.lamps.iter().filter(|lamp| lamp.face != point.face);
+        let range = lamps.filter_map(|lamp| Some(lamp.emitted * lamp.seen_from(point.position)?.solid_angle() / PI)).sum();
         let mut moments = Moments::default();
         let count = (effort.rays_a_point / 2).max(FEWEST);
         (0..count).for_each(|_| moments.add(self.look(point.face, point.position, &mut generator)));
-        let all = ConfidenceInterval { low: 0.0, high: range };
-        let interval = moments.distribution_free(effort.confidence, all).widened(ROUNDING * range);
+        let support = ConfidenceInterval { low: 0.0, high: range };
+        let interval = moments.distribution_free(effort.confidence, support).widened(ROUNDING * range);
         Ok(Known { value: moments.mean(), interval })
     }
 
@@ -361,7 +365,8 @@ impl Scene {
                 Some(_) => {
                     let mut of_face = 0.0;
                     for triangle in &self.triangles[index] {
-                        let points = (0..PATTERN_POINTS).map(|_| face.at(on_triangle(triangle, &mut generator))[1]);
+                        let points =
+                            (0..PATTERN_POINTS).map(|_| face.reflectance_and_emission(on_triangle(triangle, &mut generator))[1]);
                         of_face += area(triangle) * points.sum::<f64>() / f64::from(PATTERN_POINTS);
                     }
                     of_face

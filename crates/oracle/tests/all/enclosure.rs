@@ -1,4 +1,4 @@
-//! Enclosures against values from elsewhere, against themselves, and against what must hold exactly.
+//! Enclosures against values from elsewhere, against themselves, and against exact identities.
 
 use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver};
 use radgrad_oracle::{Arithmetic, Enclosure, Error, Interval, Polynomial, Request, Source, enclose, enclose_source};
@@ -117,14 +117,14 @@ fn more_digits_nest_inside_fewer() {
 #[test]
 fn scaling_by_a_power_of_two_is_exact() {
     let triangle = [[-0.3, 0.1, 0.9], [0.2, 0.8, 1.1], [0.7, -0.4, 1.0]];
-    let at = |power: f64| {
+    let scaled_by = |power: f64| {
         let emitter =
             Emitter::new(polygon(&triangle.map(|p| p.map(|c| c * power))), Emission::at_vertices(vec![1.0, 2.0, 0.5])).unwrap();
         enclose(&receiver([0.125 * power, 0.25 * power, 0.0], [0.1, 0.9, 0.2]), &emitter, 20).unwrap()
     };
-    let plain = at(1.0);
+    let plain = scaled_by(1.0);
     for power in [2f64.powi(300), 2f64.powi(-300), 2.0] {
-        let scaled = at(power);
+        let scaled = scaled_by(power);
         assert_eq!(scaled.radiosity, plain.radiosity);
         for axis in 0..3 {
             assert_eq!(scaled.gradient[axis].bounds().0 * power, plain.gradient[axis].bounds().0);
@@ -176,8 +176,8 @@ fn the_gradient_is_the_derivative_of_the_value() {
     for normal in [[0.1, 0.2, 0.9], [0.9, -0.3, 0.1]] {
         for source in [Source::Emitter(&constant), Source::Emitter(&linear), cubic] {
             let position = DVec3::new(0.25, -0.125, 0.5);
-            let at = Receiver::new(position, normal.into(), 1.0).unwrap();
-            let enclosure = enclose_source(&at, &source, &Request::digits(20)).unwrap();
+            let moved = Receiver::new(position, normal.into(), 1.0).unwrap();
+            let enclosure = enclose_source(&moved, &source, &Request::digits(20)).unwrap();
             for axis in 0..3 {
                 let expected = difference(position, normal, &source, axis);
                 // Fourth-order differences with this step err by a few 2^-64, their rounding by an ulp.
@@ -193,9 +193,10 @@ fn an_affine_polynomial_is_the_linear_emission() {
     let square = polygon(&[[0.0, 0.0, 2.0], [0.0, 1.0, 2.0], [1.0, 1.0, 2.0], [1.0, 0.0, 2.0]]);
     let emission = Polynomial::new(vec![(0.5, [0; 3]), (2.0, [1, 0, 0]), (-0.25, [0, 1, 0]), (0.125, [0, 0, 1])]).unwrap();
     let linear = Emitter::new(square.clone(), Emission::gradient(0.75, DVec3::new(2.0, -0.25, 0.0))).unwrap();
-    let at = receiver([0.3, 0.1, 0.0], [0.2, 0.1, 1.0]);
-    let one = enclose_source(&at, &Source::Polynomial { polygon: &square, emission: &emission }, &Request::digits(24)).unwrap();
-    let other = enclose(&at, &linear, 24).unwrap();
+    let point = receiver([0.3, 0.1, 0.0], [0.2, 0.1, 1.0]);
+    let one =
+        enclose_source(&point, &Source::Polynomial { polygon: &square, emission: &emission }, &Request::digits(24)).unwrap();
+    let other = enclose(&point, &linear, 24).unwrap();
     assert!(one.radiosity.overlaps(&other.radiosity));
     assert!((0..3).all(|axis| one.gradient[axis].overlaps(&other.gradient[axis])));
 }
@@ -215,8 +216,8 @@ fn nothing_is_seen_from_behind_in_the_plane_or_below_the_horizon() {
         assert_eq!(enclosure.radiosity.bounds(), (0.0, 0.0));
         assert!(enclosure.gradient.iter().all(|g| g.bounds() == (0.0, 0.0)));
     }
-    let seen = enclose(&receiver([0.2, 0.2, 1.0f64.next_down()], [0.1, 0.2, 1.0]), &emitter, 15).unwrap();
-    assert!(seen.radiosity.bounds().0 > 0.9, "one ulp before the emitter it fills the view: {:?}", seen.radiosity.bounds());
+    let near = enclose(&receiver([0.2, 0.2, 1.0f64.next_down()], [0.1, 0.2, 1.0]), &emitter, 15).unwrap();
+    assert!(near.radiosity.bounds().0 > 0.9, "one ulp before the emitter it fills the view: {:?}", near.radiosity.bounds());
 }
 
 #[test]
@@ -236,8 +237,8 @@ fn a_spent_budget_says_what_was_reached() {
 fn two_hundred_digits_of_a_distant_triangle() {
     let emitter =
         Emitter::new(polygon(&[[0.0, 0.0, 40.0], [0.0, 1.0, 40.0], [1.0, 0.0, 40.0]]), Emission::Constant(1.0)).unwrap();
-    let at = receiver([0.0; 3], [0.0, 0.0, 1.0]);
-    let (coarse, fine) = (enclose(&at, &emitter, 20).unwrap(), enclose(&at, &emitter, 200).unwrap());
+    let point = receiver([0.0; 3], [0.0, 0.0, 1.0]);
+    let (coarse, fine) = (enclose(&point, &emitter, 20).unwrap(), enclose(&point, &emitter, 200).unwrap());
     assert!(coarse.radiosity.overlaps(&fine.radiosity));
     assert!(relative_radii(&fine).iter().all(|r| *r < 1e-199));
     assert!(fine.radiosity.to_decimal().unwrap().len() > 200);

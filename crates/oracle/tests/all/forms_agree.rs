@@ -83,15 +83,16 @@ fn the_gradient_is_the_slope_of_the_value() {
     let emission = Emission::gradient(1.5, DVec3::new(0.5, -0.25, 0.125));
     let emitter = Emitter::new(l_shape(), emission).unwrap();
     for (name, receiver) in receivers() {
-        let at = |offset: DVec3| {
+        let answer = |offset: DVec3| {
             let moved = Receiver::new(receiver.position() + offset, receiver.normal(), 0.75).unwrap();
             by_all_forms(&moved, emitter.polygon(), SourceFunction::Emitter(&emitter))[0]
         };
         let step = 1e-4;
         let slope = DVec3::from_array(
-            [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| (at(axis * step).radiosity - at(-axis * step).radiosity) / (2.0 * step)),
+            [DVec3::X, DVec3::Y, DVec3::Z]
+                .map(|axis| (answer(axis * step).radiosity - answer(-axis * step).radiosity) / (2.0 * step)),
         );
-        let gradient = at(DVec3::ZERO).gradient;
+        let gradient = answer(DVec3::ZERO).gradient;
         assert!((slope - gradient).length() < 1e-6 * gradient.length(), "{name}: {slope} against {gradient}");
     }
 }
@@ -138,15 +139,15 @@ fn wrong_settings_are_named() {
         assert!(matches!(with(tolerance, 1000), Err(Error::Tolerance { .. })));
     }
     assert!(matches!(with(1e-3, 10), Err(Error::Evaluations { budget: 10, needed }) if needed > 10));
-    let of = |radiosity: &dyn Fn(DVec3) -> f64, detail, form| {
+    let error = |radiosity: &dyn Fn(DVec3) -> f64, detail, form| {
         let function = EmissionFunction { radiosity, gradient: None, detail, bounds: None };
         integrate_form(&receiver, emitter.polygon(), SourceFunction::Function(&function), form, 1e-3, 100_000).unwrap_err()
     };
-    assert!(matches!(of(&|_| f64::NAN, f64::INFINITY, Form::Surface), Error::NotFinite { .. }));
+    assert!(matches!(error(&|_| f64::NAN, f64::INFINITY, Form::Surface), Error::NotFinite { .. }));
     for detail in [0.0, -1.0, f64::NAN] {
-        assert!(matches!(of(&|_| 1.0, detail, Form::Surface), Error::Detail { .. }));
+        assert!(matches!(error(&|_| 1.0, detail, Form::Surface), Error::Detail { .. }));
     }
-    assert!(matches!(of(&|_| 1.0, 1e-6, Form::Surface), Error::Evaluations { budget: 100_000, .. }));
-    let message = of(&|_| 1.0, 1.0, Form::Contour).to_string();
+    assert!(matches!(error(&|_| 1.0, 1e-6, Form::Surface), Error::Evaluations { budget: 100_000, .. }));
+    let message = error(&|_| 1.0, 1.0, Form::Contour).to_string();
     assert_eq!(message, "the emission function has no gradient, which the contour form needs");
 }

@@ -213,7 +213,7 @@ fn limits_contain_the_truth_past_a_box() {
 fn limits_contain_the_truth_past_a_screen_that_stands_on_the_emitter() {
     // It hides the corner that a diagonal cuts off; the rest is a triangle that keeps its border when the receiver moves.
     let corners = [[-1.0, -1.0, 2.0], [-1.0, 1.0, 2.0], [1.0, 1.0, 2.0], [1.0, -1.0, 2.0]];
-    let rest = Emitter::new(polygon(&corners[..3]), Emission::gradient(1.0, ceiling().emission_gradient())).unwrap();
+    let visible = Emitter::new(polygon(&corners[..3]), Emission::gradient(1.0, ceiling().emission_gradient())).unwrap();
     for distance in [3.0, 1e2, 1e5] {
         let receiver = receiver(DVec3::new(-0.6, 0.5, -1.0) * distance);
         // Its shadow ends well beyond the corner, and it leans low or rises far.
@@ -221,7 +221,7 @@ fn limits_contain_the_truth_past_a_screen_that_stands_on_the_emitter() {
             let beyond = DVec3::new(2.5, -2.5, 2.0);
             let top = beyond + (receiver.position() - beyond).normalize() * rise;
             let screen = Polygon::new(vec![corners[0].into(), corners[2].into(), top]).unwrap();
-            let truth = enclose(&receiver, &rest, 16).unwrap();
+            let truth = enclose(&receiver, &visible, 16).unwrap();
             let [x, y, z] = truth.gradient.map(|component| component.to_f64());
             let truth = [truth.radiosity.to_f64(), x, y, z];
             let [student, free] = coverage_whatever_the_status(truth, 200, |seed| {
@@ -333,16 +333,16 @@ fn an_emission_function_past_an_occluder_is_sampled_within_its_bounds() {
         let screen = [Polygon::new(corners.to_vec()).unwrap()];
         let source = SourceFunction::Function(&function);
         let sequence = Sequence::Independent { samples: 20_000, seed: 3 };
-        let at = receiver(DVec3::new(0.1, 0.2, 0.0));
-        integrate_source(&at, emitter.polygon(), source, &screen, Sampling::SolidAngle, sequence, 0.999)
+        let point = receiver(DVec3::new(0.1, 0.2, 0.0));
+        integrate_source(&point, emitter.polygon(), source, &screen, Sampling::SolidAngle, sequence, 0.999)
     };
-    let found = with(Some(&gradient), Some(bounds)).unwrap();
+    let estimate = with(Some(&gradient), Some(bounds)).unwrap();
     let exact = past_shadow(DVec3::new(0.1, 0.2, 0.0), &corners);
     assert!(
-        found.radiosity.student.contains(exact) && found.radiosity.distribution_free.contains(exact),
-        "{found:?} for {exact}"
+        estimate.radiosity.student.contains(exact) && estimate.radiosity.distribution_free.contains(exact),
+        "{estimate:?} for {exact}"
     );
-    for (missing, found) in [("gradient", with(None, Some(bounds))), ("bounds", with(Some(&gradient), None))] {
-        assert_eq!(found, Err(Error::EmissionPart { missing, asker: "Monte Carlo" }));
+    for (missing, estimate) in [("gradient", with(None, Some(bounds))), ("bounds", with(Some(&gradient), None))] {
+        assert_eq!(estimate, Err(Error::EmissionPart { missing, asker: "Monte Carlo" }));
     }
 }

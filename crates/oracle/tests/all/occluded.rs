@@ -1,9 +1,9 @@
 //! Enclosures past occluders: against free sight where the seen part is a polygon, against themselves by differences, against
-//! rays, and what must hold of any of them.
+//! rays, and identities that hold for all.
 
 use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver};
 use radgrad_oracle::monte_carlo::{Sampling, Sequence, integrate};
-use radgrad_oracle::{Enclosure, Interval, enclose, enclose_past};
+use radgrad_oracle::{Enclosure, Interval, enclose, enclose_occluded};
 
 fn polygon(points: &[[f64; 3]]) -> Polygon {
     Polygon::new(points.iter().map(|p| DVec3::from(*p)).collect()).unwrap()
@@ -43,7 +43,7 @@ const WIDE: [f64; 2] = [-16.0, 16.0];
 #[test]
 fn what_a_half_plane_leaves_of_a_lamp_is_a_lamp() {
     let screen = rectangle([0.25, 16.0], WIDE, 1.0);
-    let past = enclose_past(&receiver([0.0; 3]), &lamp(SQUARE, SQUARE), std::slice::from_ref(&screen), 20).unwrap();
+    let past = enclose_occluded(&receiver([0.0; 3]), &lamp(SQUARE, SQUARE), std::slice::from_ref(&screen), 20).unwrap();
     let free = enclose(&receiver([0.0; 3]), &lamp([-1.0, 0.5], SQUARE), 20).unwrap();
     assert!(past.radiosity.overlaps(&free.radiosity), "{past:?} {free:?}");
     assert!(free.gradient[0].error_of(past.gradient[0].to_f64()) > 0.01, "the shadow moves with the receiver");
@@ -58,7 +58,7 @@ fn a_square_and_a_half_plane_leave_three_quarters_and_a_half() {
     let x = Receiver::new(DVec3::new(0.5, 0.5, 0.0), DVec3::Z, 1.0).unwrap();
     let free = enclose(&x, &square, 20).unwrap().radiosity.to_f64();
     for (part, screen) in [(0.75, rectangle([0.25, 0.5], [0.25, 0.5], 0.5)), (0.5, rectangle([-16.0, 0.5], WIDE, 0.5))] {
-        let past = enclose_past(&x, &square, &[screen], 20).unwrap();
+        let past = enclose_occluded(&x, &square, &[screen], 20).unwrap();
         assert!(past.radiosity.error_of(part * free) < 1e-16, "{part} {past:?}");
     }
 }
@@ -67,7 +67,7 @@ fn a_square_and_a_half_plane_leave_three_quarters_and_a_half() {
 fn a_screen_that_stands_on_the_lamp_leaves_the_rest_and_its_gradient() {
     for x in [[0.25, 0.125, 0.0], [-0.75, 0.5, 1.5], [0.0, 0.0, -3.0]] {
         let screen = polygon(&[[0.5, -16.0, 2.0], [0.5, 16.0, 2.0], [16.0, 16.0, 1.75], [16.0, -16.0, 1.75]]);
-        let past = enclose_past(&receiver(x), &lamp(SQUARE, SQUARE), &[screen], 18).unwrap();
+        let past = enclose_occluded(&receiver(x), &lamp(SQUARE, SQUARE), &[screen], 18).unwrap();
         assert_meet(&past, &enclose(&receiver(x), &lamp([-1.0, 0.5], SQUARE), 18).unwrap());
     }
 }
@@ -86,23 +86,23 @@ fn what_hides_nothing_changes_nothing() {
         // Stands on an edge of the lamp, to the side.
         polygon(&[[1.0, -1.0, 1.0], [1.0, 1.0, 1.0], [1.0, 1.0, 2.0], [1.0, -1.0, 2.0]]),
     ];
-    assert_eq!(enclose_past(&x, &lamp, &nothing, 18).unwrap(), enclose(&x, &lamp, 18).unwrap());
+    assert_eq!(enclose_occluded(&x, &lamp, &nothing, 18).unwrap(), enclose(&x, &lamp, 18).unwrap());
 }
 
 #[test]
 fn screens_that_meet_in_a_t_leave_exactly_nothing() {
     let screens =
         [rectangle([-16.0, 0.3], WIDE, 1.0), rectangle([0.3, 16.0], [-16.0, 0.1], 1.0), rectangle([0.3, 16.0], [0.1, 16.0], 1.0)];
-    let past = enclose_past(&receiver([0.1, 0.2, 0.0]), &lamp(SQUARE, SQUARE), &screens, 18).unwrap();
+    let past = enclose_occluded(&receiver([0.1, 0.2, 0.0]), &lamp(SQUARE, SQUARE), &screens, 18).unwrap();
     assert_eq!((past.radiosity.to_f64(), past.radiosity.radius(), past.evaluations), (0.0, 0.0, 0));
-    let two = enclose_past(&receiver([0.1, 0.2, 0.0]), &lamp(SQUARE, SQUARE), &screens[..2], 18).unwrap();
+    let two = enclose_occluded(&receiver([0.1, 0.2, 0.0]), &lamp(SQUARE, SQUARE), &screens[..2], 18).unwrap();
     assert!(two.radiosity.to_f64() > 0.0);
 }
 
 #[test]
 fn meshed_turned_and_concave_screens_are_one() {
     let x = receiver([0.125, 0.25, 0.0]);
-    let see = |screens: &[Polygon]| enclose_past(&x, &lamp(SQUARE, SQUARE), screens, 18).unwrap();
+    let see = |screens: &[Polygon]| enclose_occluded(&x, &lamp(SQUARE, SQUARE), screens, 18).unwrap();
     let whole = rectangle([-0.25, 0.375], [-0.25, 0.5], 1.0);
     let v = whole.vertices();
     let mesh = [[0, 1, 2], [0, 2, 3]].map(|t| Polygon::new(t.map(|i: usize| v[i]).to_vec()).unwrap());
@@ -118,7 +118,7 @@ fn meshed_turned_and_concave_screens_are_one() {
 #[test]
 fn a_screen_through_the_lamp_hides_what_its_near_part_does() {
     let x = receiver([0.125, 0.25, 0.0]);
-    let see = |screen: Polygon| enclose_past(&x, &lamp(SQUARE, SQUARE), &[screen], 18).unwrap();
+    let see = |screen: Polygon| enclose_occluded(&x, &lamp(SQUARE, SQUARE), &[screen], 18).unwrap();
     let through = [[0.25, -0.5, 1.5], [0.25, 0.5, 1.5], [0.75, 0.5, 2.5], [0.75, -0.5, 2.5]];
     let near = [[0.25, -0.5, 1.5], [0.25, 0.5, 1.5], [0.5, 0.5, 2.0], [0.5, -0.5, 2.0]];
     assert_meet(&see(polygon(&through)), &see(polygon(&near)));
@@ -142,15 +142,15 @@ fn the_gradient_is_that_of_the_values_to_fifteen_digits() {
         let lamp = Emitter::new(rectangle(SQUARE, SQUARE, 2.0), emission).unwrap();
         for count in [1, 2, 4] {
             let x = [0.125, 0.0625, 0.0];
-            let truth = enclose_past(&receiver(x), &lamp, &screens[..count], 30).unwrap();
+            let truth = enclose_occluded(&receiver(x), &lamp, &screens[..count], 30).unwrap();
             for axis in 0..3 {
                 let step = 2f64.powi(-30);
-                let at = |sign: f64| {
+                let shifted = |sign: f64| {
                     let mut moved = x;
                     moved[axis] += sign * step;
-                    enclose_past(&receiver(moved), &lamp, &screens[..count], 30).unwrap().radiosity
+                    enclose_occluded(&receiver(moved), &lamp, &screens[..count], 30).unwrap().radiosity
                 };
-                let (above, below) = (at(1.0), at(-1.0));
+                let (above, below) = (shifted(1.0), shifted(-1.0));
                 let difference = above.less(&below).to_f64() / (2.0 * step);
                 let error = truth.gradient[axis].error_of(difference);
                 assert!(error < 2e-16, "{count} {axis}: {difference} {}, {error:e}", truth.gradient[axis].to_f64());
@@ -165,7 +165,7 @@ fn rays_agree_and_more_screens_leave_less() {
     let (x, lamp) = (receiver([0.125, 0.0625, 0.0]), lamp(SQUARE, SQUARE));
     let mut last = f64::INFINITY;
     for count in 0..=screens.len() {
-        let enclosure = enclose_past(&x, &lamp, &screens[..count], 16).unwrap();
+        let enclosure = enclose_occluded(&x, &lamp, &screens[..count], 16).unwrap();
         let radiosity = enclosure.radiosity.to_f64();
         assert!(radiosity > 0.0 && radiosity < last, "screen {count} hides a part");
         last = radiosity;
@@ -205,7 +205,7 @@ fn the_factors_of_a_closed_scene_sum_to_one_and_its_gradients_to_zero() {
         let (mut sum, mut gradient, mut shadowed) = (-1.0, [0.0; 3], 0);
         for face in &scene {
             let emitter = Emitter::new(face.clone(), Emission::Constant(1.0)).unwrap();
-            let past = enclose_past(&x, &emitter, &scene, 18).unwrap();
+            let past = enclose_occluded(&x, &emitter, &scene, 18).unwrap();
             let free = enclose(&x, &emitter, 18).unwrap();
             assert!(past.radiosity.bounds().0 >= 0.0 && past.radiosity.bounds().0 <= free.radiosity.bounds().1);
             shadowed += usize::from(!past.radiosity.overlaps(&free.radiosity));
@@ -232,12 +232,12 @@ fn rays_agree_past_two_hundred_triangles() {
         .collect();
     let x = Receiver::new(DVec3::new(1.0, 1.0, 0.0), DVec3::Z, 1.0).unwrap();
     let lamp = Emitter::new(rectangle([0.0, 2.0], [0.0, 2.0], 2.0), Emission::Constant(1.0)).unwrap();
-    let past = enclose_past(&x, &lamp, &triangles, 15).unwrap();
+    let past = enclose_occluded(&x, &lamp, &triangles, 15).unwrap();
     let sequence = Sequence::Independent { seed: 3, samples: 20_000 };
     let rays = integrate(&x, &lamp, &triangles, Sampling::SolidAngle, sequence, 0.999).unwrap().radiosity.student;
     let radiosity = past.radiosity.to_f64();
     assert!(rays.low < radiosity && radiosity < rays.high, "{radiosity} {rays:?}");
-    let first = enclose_past(&x, &lamp, &triangles[..100], 15).unwrap();
+    let first = enclose_occluded(&x, &lamp, &triangles[..100], 15).unwrap();
     assert!(
         radiosity < first.radiosity.to_f64() && first.radiosity.to_f64() < enclose(&x, &lamp, 15).unwrap().radiosity.to_f64()
     );
@@ -253,7 +253,7 @@ fn rays_agree_past_a_screen_on_the_border_and_one_in_the_plane_of_the_lamp() {
     let aside = (a + b) * 0.5 + ((a + b) * 0.5 - c) * 0.3 + (x.position() - c) * 0.2;
     for screen in [vec![a, b, aside], vec![a, b, c]] {
         let screen = Polygon::new(screen).unwrap();
-        let past = enclose_past(&x, &lamp, std::slice::from_ref(&screen), 16).unwrap();
+        let past = enclose_occluded(&x, &lamp, std::slice::from_ref(&screen), 16).unwrap();
         let sequence = Sequence::Independent { seed: 11, samples: 20_000 };
         let rays = integrate(&x, &lamp, &[screen], Sampling::SolidAngle, sequence, 0.9999).unwrap();
         let limits = [rays.radiosity, rays.gradient[0], rays.gradient[1], rays.gradient[2]];

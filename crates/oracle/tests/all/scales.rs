@@ -1,7 +1,7 @@
-//! What core states past occluders of any size, and past walls on the receiver's floor, against enclosures.
+//! Answers and bounds of core with occluders of any size, and with walls on the receiver's floor, against enclosures.
 
 use radgrad_core::{Answer, DVec3, Emission, Emitter, Polygon, Receiver, evaluate, evaluate_digits};
-use radgrad_oracle::{Enclosure, enclose, enclose_past};
+use radgrad_oracle::{Enclosure, enclose, enclose_occluded};
 use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
 
 fn cases(usual: usize) -> usize {
@@ -14,9 +14,9 @@ fn lamp(vertices: [[f64; 3]; 3]) -> Result<Emitter, radgrad_core::Error> {
 
 /// Whether a value and its gradient hold the truth within their bounds.
 fn holds(answer: &Answer, truth: &Enclosure) -> bool {
-    let off = [0, 1, 2].map(|axis| truth.gradient[axis].error_of(answer.gradient[axis]));
+    let errors = [0, 1, 2].map(|axis| truth.gradient[axis].error_of(answer.gradient[axis]));
     truth.radiosity.error_of(answer.radiosity) <= answer.radiosity_error
-        && DVec3::from(off).length() <= answer.gradient_error * (1.0 + 1e-12)
+        && DVec3::from(errors).length() <= answer.gradient_error * (1.0 + 1e-12)
 }
 
 #[test]
@@ -34,7 +34,7 @@ fn occluders_with_coordinates_of_all_sizes_are_answered() {
         let receiver = Receiver::new(DVec3::ZERO, DVec3::new(0.3, -0.2, 1.0), 1.0).unwrap();
         let free = evaluate(&receiver, &lamp, []).unwrap();
         let Ok(answer) = evaluate(&receiver, &lamp, [&screen]) else { continue };
-        let truth = enclose_past(&receiver, &lamp, std::slice::from_ref(&screen), 22).unwrap();
+        let truth = enclose_occluded(&receiver, &lamp, std::slice::from_ref(&screen), 22).unwrap();
         assert!(holds(&answer, &truth), "case {case}: {answer:?}, {truth:?}, {screen:?}");
         assert!(answer.radiosity_error <= 1e-9, "case {case}: {answer:?}, {screen:?}");
         shaded += usize::from(answer.radiosity < 0.999 * free.radiosity);
@@ -56,7 +56,7 @@ fn walls_on_the_floor_of_the_receiver_are_answered() {
         let Ok(wall) = Polygon::new(vec![p, q, q + up, p + up]) else { continue };
         let Ok(lamp) = lamp(vertices) else { continue };
         let receiver = Receiver::new(DVec3::ZERO, DVec3::Z, 1.0).unwrap();
-        let truth = enclose_past(&receiver, &lamp, std::slice::from_ref(&wall), 22).unwrap();
+        let truth = enclose_occluded(&receiver, &lamp, std::slice::from_ref(&wall), 22).unwrap();
         let digits = evaluate_digits(&receiver, &lamp, [&wall], 50).unwrap_or_else(|error| panic!("case {case}: {error}"));
         let radiosity: f64 = digits.radiosity.parse().unwrap();
         assert!(truth.radiosity.error_of(radiosity) <= 2e-16 * radiosity, "case {case}: {digits:?}, {truth:?}");
@@ -78,11 +78,11 @@ fn components_of_a_normal_far_below_the_largest_count() {
             let receiver = Receiver::new(DVec3::ZERO, DVec3::new(small, 0.0, large), 1.0).unwrap();
             let Ok(answer) = evaluate(&receiver, &emitter, &[]) else { continue };
             let truth = enclose(&receiver, &emitter, 20).unwrap();
-            let off = [0, 1, 2].map(|axis| truth.gradient[axis].error_of(answer.gradient[axis]));
+            let errors = [0, 1, 2].map(|axis| truth.gradient[axis].error_of(answer.gradient[axis]));
             assert!(truth.radiosity.error_of(answer.radiosity) <= answer.radiosity_error, "{small:e} {large:e}: {answer:?}");
             // Squares of 1e270 are beyond the range of doubles.
-            let off = DVec3::from(off).max_element();
-            assert!(off <= answer.gradient_error, "{small:e} {large:e}: {answer:?}, {truth:?}");
+            let errors = DVec3::from(errors).max_element();
+            assert!(errors <= answer.gradient_error, "{small:e} {large:e}: {answer:?}, {truth:?}");
             answered += 1;
             if small > 0.0
                 && let Ok(digits) = evaluate_digits(&receiver, &emitter, &[], 20)

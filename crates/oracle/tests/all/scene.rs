@@ -11,13 +11,13 @@ fn face(corners: &[[f64; 3]], reflectance: f64, emitted: f64) -> Face {
 
 /// The faces of a box, seen from inside or from outside.
 fn cuboid([x, y, z]: [[f64; 2]; 3], inside: bool) -> Vec<Vec<[f64; 3]>> {
-    let at = |i: usize| [x[i & 1], y[i >> 1 & 1], z[i >> 2 & 1]];
+    let corner = |i: usize| [x[i & 1], y[i >> 1 & 1], z[i >> 2 & 1]];
     let quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]];
     let turned = |mut quad: [usize; 4]| {
         if !inside {
             quad.reverse();
         }
-        quad.map(at).to_vec()
+        quad.map(corner).to_vec()
     };
     quads.into_iter().map(turned).collect()
 }
@@ -70,7 +70,7 @@ fn kinds_of_walks_agree_with_each_other() {
     // The second is under the block.
     let points = [(0, [2.4, 1.1, 0.0]), (0, [1.5, 0.75, 0.0]), (4, [0.0, 0.2, 1.7]), (7, [1.3, 0.6, 1.1])];
     let points = points.map(|(face, position)| Point { face, position: position.into() });
-    let all: Vec<Truth> = KINDS
+    let truths: Vec<Truth> = KINDS
         .iter()
         .enumerate()
         .map(|(seed, &kind)| {
@@ -79,8 +79,8 @@ fn kinds_of_walks_agree_with_each_other() {
             scene.truth_of_kind(&points, &effort, kind).unwrap()
         })
         .collect();
-    for (i, a) in all.iter().enumerate() {
-        for b in &all[..i] {
+    for (i, a) in truths.iter().enumerate() {
+        for b in &truths[..i] {
             assert!(overlap(&a.reflected, &b.reflected), "{:?} {:?}", a.reflected, b.reflected);
             assert!((a.reflected.value - b.reflected.value).abs() < 0.03 * b.reflected.value, "{a:?} {b:?}");
             for (p, q) in a.points.iter().zip(&b.points) {
@@ -128,15 +128,15 @@ fn walks_between_two_squares_find_the_known_radiosity() {
         })
         .collect();
     let scene = Scene::new(faces).unwrap();
-    let at = [(0, [0.5, 0.5]), (0, [0.01, 0.02]), (1, [0.3, 1.9])];
-    let (mean, values) = squares.truth(&at);
-    let points = at.map(|(face, [x, y])| Point { face, position: DVec3::new(x, y, squares.gap * face as f64) });
+    let places = [(0, [0.5, 0.5]), (0, [0.01, 0.02]), (1, [0.3, 1.9])];
+    let (mean, values) = squares.truth(&places);
+    let points = places.map(|(face, [x, y])| Point { face, position: DVec3::new(x, y, squares.gap * face as f64) });
     for kind in KINDS {
         let truth = scene.truth_of_kind(&points, &Effort::default(), kind).unwrap();
         assert!(overlap(&truth.reflected, &mean), "{kind:?} {truth:?} {mean:?}");
         assert!((truth.reflected.value - mean.value).abs() < 0.02 * mean.value, "{kind:?} {truth:?}");
-        for (walked, known) in truth.points.iter().zip(&values) {
-            assert!(overlap(walked, known), "{kind:?} {walked:?} {known:?}");
+        for (walked, exact) in truth.points.iter().zip(&values) {
+            assert!(overlap(walked, exact), "{kind:?} {walked:?} {exact:?}");
         }
     }
 }
@@ -158,12 +158,12 @@ fn walks_find_a_manufactured_radiosity() {
         })
         .collect();
     let scene = Scene::new(faces).unwrap();
-    let at = [(0, [0.5, 0.5]), (0, [0.0, 0.9]), (1, [0.3, 0.8])];
-    let points = at.map(|(face, [x, y])| Point { face, position: DVec3::new(x, y, face as f64) });
+    let places = [(0, [0.5, 0.5]), (0, [0.0, 0.9]), (1, [0.3, 0.8])];
+    let points = places.map(|(face, [x, y])| Point { face, position: DVec3::new(x, y, face as f64) });
     for kind in KINDS {
         let effort = Effort { rays: 20_000, rays_a_point: 20_000, ..Effort::default() };
         let truth = scene.truth_of_kind(&points, &effort, kind).unwrap();
-        for (point, (which, place)) in truth.points.iter().zip(at) {
+        for (point, (which, place)) in truth.points.iter().zip(places) {
             let exact = radiosity(which, place);
             assert!(point.interval.contains(exact), "{kind:?} {point:?} {exact}");
             assert!(point.interval.width() < 0.4, "{kind:?} {point:?}");
@@ -211,7 +211,7 @@ fn what_a_face_sees_is_the_published_factor() {
         pattern: None,
     });
     let scene = Scene::new(faces.to_vec()).unwrap();
-    let seen = scene.sights(0, 100_000, 1, 0.999_999).unwrap();
-    assert!(seen[1].interval.contains(0.199_824_895_698_387) && seen[1].interval.width() < 0.02, "{seen:?}");
-    assert_eq!(seen[0].value, 0.0);
+    let factors = scene.sights(0, 100_000, 1, 0.999_999).unwrap();
+    assert!(factors[1].interval.contains(0.199_824_895_698_387) && factors[1].interval.width() < 0.02, "{factors:?}");
+    assert_eq!(factors[0].value, 0.0);
 }

@@ -48,7 +48,7 @@ fn vector(words: &mut Split<'_, char>) -> DVec3 {
     DVec3::from_array([(); 3].map(|()| number(words)))
 }
 
-/// What one run over all cases gave.
+/// Counts of one run over all cases.
 #[derive(Debug, Default, PartialEq)]
 struct Tally {
     converged: usize,
@@ -86,14 +86,14 @@ fn tally(form: Form, tolerance: f64, budget: usize) -> Tally {
 
 #[test]
 fn the_surface_form_reaches_every_loose_tolerance_and_never_fails_silently() {
-    let all = hard_cases().len();
-    assert!(all >= 100);
+    let count = hard_cases().len();
+    assert!(count >= 100);
     for tolerance in [1e-3, 1e-6] {
-        assert_eq!(tally(Form::Surface, tolerance, 1_000_000), Tally { converged: all, ..Tally::default() });
+        assert_eq!(tally(Form::Surface, tolerance, 1_000_000), Tally { converged: count, ..Tally::default() });
     }
     let tight = tally(Form::Surface, 1e-10, 1_000_000);
     assert_eq!((tight.silent, tight.underestimated), (0, 0), "{tight:?}");
-    assert!(tight.converged >= all - 12, "{tight:?}");
+    assert!(tight.converged >= count - 12, "{tight:?}");
 }
 
 #[test]
@@ -109,8 +109,8 @@ fn the_contour_forms_never_fail_silently() {
 
 #[test]
 fn a_spent_budget_is_said_and_still_bounded() {
-    let all = hard_cases().len();
+    let count = hard_cases().len();
     let short = tally(Form::Surface, 1e-13, 120_000);
     assert_eq!((short.silent, short.underestimated), (0, 0), "{short:?}");
-    assert!(short.exhausted > all / 4, "{short:?}");
+    assert!(short.exhausted > count / 4, "{short:?}");
 }

@@ -69,8 +69,10 @@ mod tests {
     use crate::appendix::misprint::Misprints;
 
     fn edges(vertices: &[DVec3]) -> Vec<AppendixEdge> {
-        let at = |i: usize| vertices[i % vertices.len()];
-        (0..vertices.len()).map(|i| AppendixEdge::new(i, [at(i), at(i + 1), at(i + 2)], Misprints(&[])).unwrap()).collect()
+        let vertex = |i: usize| vertices[i % vertices.len()];
+        (0..vertices.len())
+            .map(|i| AppendixEdge::new(i, [vertex(i), vertex(i + 1), vertex(i + 2)], Misprints(&[])).unwrap())
+            .collect()
     }
 
     #[test]

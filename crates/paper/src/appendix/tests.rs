@@ -13,10 +13,10 @@ fn receiver(position: [f64; 3], normal: [f64; 3]) -> Receiver {
     Receiver::new(DVec3::from(position), DVec3::from(normal), 1.0).unwrap()
 }
 
-fn assert_close(found: (f64, DVec3), expected: (f64, DVec3), tolerance: f64) {
-    let value = (found.0 / expected.0 - 1.0).abs();
-    let gradient = (found.1 - expected.1).length() / expected.1.length();
-    assert!(value < tolerance && gradient < tolerance, "{found:?} for {expected:?}: {value:e}, {gradient:e}");
+fn assert_close(computed: (f64, DVec3), expected: (f64, DVec3), tolerance: f64) {
+    let value = (computed.0 / expected.0 - 1.0).abs();
+    let gradient = (computed.1 - expected.1).length() / expected.1.length();
+    assert!(value < tolerance && gradient < tolerance, "{computed:?} for {expected:?}: {value:e}, {gradient:e}");
 }
 
 /// Eq. 1 and its gradient over a triangle by a midpoint rule and its Richardson extrapolation, seen part only.
@@ -46,11 +46,11 @@ fn midpoint(receiver: &Receiver, emitter: &Emitter, cells: u32) -> (f64, DVec3) 
 
 #[test]
 fn the_papers_scene_has_its_published_numbers() {
-    let at = receiver([1.5, -0.25, 0.0], [0.0, 0.0, 1.0]);
-    let constant = radiosity_and_gradient(&at, &triangle(Emission::Constant(1.0)), None).unwrap();
+    let point = receiver([1.5, -0.25, 0.0], [0.0, 0.0, 1.0]);
+    let constant = radiosity_and_gradient(&point, &triangle(Emission::Constant(1.0)), None).unwrap();
     let gradient = DVec3::new(-0.04520425179658418, 0.023560506696805802, -0.001214360601731962);
     assert_close(constant, (0.02637794117665325, gradient), 1e-14);
-    let linear = radiosity_and_gradient(&at, &triangle(Emission::at_vertices(vec![1.0, 2.0, 4.0])), None).unwrap();
+    let linear = radiosity_and_gradient(&point, &triangle(Emission::at_vertices(vec![1.0, 2.0, 4.0])), None).unwrap();
     let gradient = DVec3::new(-0.11710523712879814, 0.06221522306742276, 0.004040475169840118);
     assert_close(linear, (0.0685765925811236, gradient), 1e-14);
 }
@@ -59,17 +59,17 @@ fn the_papers_scene_has_its_published_numbers() {
 fn a_tilted_receiver_agrees_with_direct_integration() {
     // Here n2.(n1 x k) is not 0: the only place where X1 and X2 count.
     let emitter = triangle(Emission::at_vertices(vec![1.0, 2.0, 4.0]));
-    let at = receiver([0.9, -0.4, 0.1], [0.3, 0.5, 0.8]);
-    let [coarse, fine] = [200, 400].map(|cells| midpoint(&at, &emitter, cells));
+    let point = receiver([0.9, -0.4, 0.1], [0.3, 0.5, 0.8]);
+    let [coarse, fine] = [200, 400].map(|cells| midpoint(&point, &emitter, cells));
     let extrapolated = ((4.0 * fine.0 - coarse.0) / 3.0, (4.0 * fine.1 - coarse.1) / 3.0);
-    assert_close(radiosity_and_gradient(&at, &emitter, None).unwrap(), extrapolated, 1e-9);
+    assert_close(radiosity_and_gradient(&point, &emitter, None).unwrap(), extrapolated, 1e-9);
 }
 
 #[test]
 fn what_is_below_the_horizon_does_not_count() {
     let emitter = triangle(Emission::at_vertices(vec![1.0, 2.0, 4.0]));
-    let at = receiver([0.6, 0.3, 0.2], [0.9, -0.3, 0.2]);
-    assert_close(radiosity_and_gradient(&at, &emitter, None).unwrap(), midpoint(&at, &emitter, 1000), 2e-5);
+    let point = receiver([0.6, 0.3, 0.2], [0.9, -0.3, 0.2]);
+    assert_close(radiosity_and_gradient(&point, &emitter, None).unwrap(), midpoint(&point, &emitter, 1000), 2e-5);
     let below = receiver([0.6, 0.3, 0.2], [0.0, 0.0, -1.0]);
     assert_eq!(radiosity_and_gradient(&below, &emitter, None).unwrap(), (0.0, DVec3::ZERO));
 }

@@ -7,7 +7,7 @@
 //!
 //! At its maximum the gradient is zero, and on both flanks of a peak it is nearly so: a centroid there says nothing. With the
 //! maximum first, the receiver is cut at the brightest place of the first emitter that lights it, and an element that has the
-//! brightest place of any emitter is off by what it lacks of the value there, too.
+//! brightest place of any emitter has at least the difference from the value there as its error.
 
 use std::collections::BTreeSet;
 
@@ -33,7 +33,7 @@ pub struct ConstantElement {
     pub corners: Vec<DVec3>,
     /// The sample at the centroid.
     pub sample: Sample,
-    /// What the radiosity is off the sample's, by the criterion; infinite if a side is longer than allowed.
+    /// Estimated error of the sample's radiosity over the element, by the criterion; infinite if a side is longer than allowed.
     pub off: f64,
     /// The side whose half is next, if any is: from this corner to the next one.
     side: usize,
@@ -44,10 +44,10 @@ pub struct ConstantElement {
 /// ```
 /// use radgrad_core::{DVec3, Emission, Emitter, Polygon};
 /// use radgrad_paper::receiver::{Lighting, Refinement, refine_constant};
-/// let at = |x, y, z| DVec3::new(x, y, z);
-/// let floor = Polygon::new(vec![at(0.0, 0.0, 0.0), at(9.0, 0.0, 0.0), at(9.0, 1.0, 0.0), at(0.0, 1.0, 0.0)])?;
+/// let point = |x, y, z| DVec3::new(x, y, z);
+/// let floor = Polygon::new(vec![point(0.0, 0.0, 0.0), point(9.0, 0.0, 0.0), point(9.0, 1.0, 0.0), point(0.0, 1.0, 0.0)])?;
 /// // A long lamp beside it: light changes along x.
-/// let lamp = Polygon::new(vec![at(-1.0, -50.0, 1.0), at(-1.0, 50.0, 1.0), at(0.0, 50.0, 1.0), at(0.0, -50.0, 1.0)])?;
+/// let lamp = Polygon::new(vec![point(-1.0, -50.0, 1.0), point(-1.0, 50.0, 1.0), point(0.0, 50.0, 1.0), point(0.0, -50.0, 1.0)])?;
 /// let lamps = [Emitter::new(lamp, Emission::Constant(1.0))?];
 /// let light = Lighting { emitters: &lamps, occluders: &[], reflectance: 1.0, tolerance: 1e-9 };
 /// let mesh = refine_constant(&floor, &light, &Refinement { error: 0.01, ..Refinement::default() })?;
@@ -67,7 +67,7 @@ impl ConstantMesh {
         &self.elements
     }
 
-    /// What an element is off at most, by the criterion; above what was allowed only if the number of elements ran out.
+    /// The largest estimated error of an element, by the criterion; above the allowed one only if the number of elements ran out.
     #[must_use]
     pub fn worst(&self) -> f64 {
         self.elements.iter().map(|e| e.off).fold(0.0, largest)
@@ -77,8 +77,8 @@ impl ConstantMesh {
     #[must_use]
     pub fn value(&self, point: DVec3) -> Option<f64> {
         let room = |e: &&ConstantElement| e.room(point, self.normal);
-        let found = self.elements.iter().max_by(|a, b| room(a).total_cmp(&room(b)))?;
-        (room(&found) >= -TOUCHES * found.size()).then_some(found.sample.value)
+        let element = self.elements.iter().max_by(|a, b| room(a).total_cmp(&room(b)))?;
+        (room(&element) >= -TOUCHES * element.size()).then_some(element.sample.value)
     }
 }
 
@@ -89,14 +89,14 @@ impl ConstantElement {
         let mut element = Self { corners, sample, off: 0.0, side: 0 };
         element.judge(sample.gradient);
         for most in brightest {
-            let off = (most.value - sample.value).abs();
+            let error = (most.value - sample.value).abs();
             let to = most.position - centre;
-            if element.room(most.position, normal) >= -TOUCHES * element.size() && off > element.off && to.length() > 0.0 {
+            if element.room(most.position, normal) >= -TOUCHES * element.size() && error > element.off && to.length() > 0.0 {
                 // Where the gradient does not see the rise, it is along the way there.
-                if element.off < UNSEEN * off {
-                    element.judge(to * (off / to.length_squared()));
+                if element.off < UNSEEN * error {
+                    element.judge(to * (error / to.length_squared()));
                 }
-                element.off = off;
+                element.off = error;
             }
         }
         let sides = |i: usize| (element.corners[(i + 1) % element.corners.len()] - element.corners[i]).length();
@@ -162,11 +162,11 @@ impl ConstantElement {
 pub fn refine_constant(receiver: &Polygon, light: &Lighting<'_>, refinement: &Refinement) -> Result<ConstantMesh, Error> {
     refinement.check()?;
     let normal = receiver.normal();
-    let mut most: Vec<Sample> = Vec::new();
+    let mut maxima: Vec<Sample> = Vec::new();
     if refinement.maximum_first {
         for emitter in light.emitters {
             if let Some(maximum) = brightest(receiver, emitter)? {
-                most.push(light.sample(maximum.position, normal)?);
+                maxima.push(light.sample(maximum.position, normal)?);
             }
         }
     }
@@ -177,11 +177,11 @@ pub fn refine_constant(receiver: &Polygon, light: &Lighting<'_>, refinement: &Re
         let triangles = triangulate(vertices).ok_or(Error::Outline)?;
         triangles.into_iter().map(|corners| corners.map(|i| vertices[i]).to_vec()).collect()
     };
-    let outlines = pieces.into_iter().flat_map(|piece| match most.first() {
+    let outlines = pieces.into_iter().flat_map(|piece| match maxima.first() {
         Some(first) => cut_at(piece, first.position, normal, receiver.size()),
         None => vec![piece],
     });
-    let element = |corners| ConstantElement::new(corners, light, normal, &most, refinement.longest);
+    let element = |corners| ConstantElement::new(corners, light, normal, &maxima, refinement.longest);
     let mut mesh = ConstantMesh { elements: outlines.map(element).collect::<Result<_, Error>>()?, normal };
     // The worst first, so that the mesh is the best for its number of elements where that number ends. Bits of positive numbers
     // are in their order.

@@ -12,13 +12,13 @@
 use radgrad_core::DVec3;
 use radgrad_scene::largest;
 
-/// What a function with this gradient changes by along each of two widths of an element, to first order.
+/// The change of a function with this gradient along each of two widths of an element, to first order.
 ///
 /// ```
 /// use radgrad_core::DVec3;
 /// use radgrad_paper::receiver::variation;
 /// let along = variation(DVec3::new(3.0, -1.0, 9.0), [DVec3::X, 2.0 * DVec3::Y]);
-/// assert_eq!(along, [3.0, 2.0], "divide the first width; what is along the normal is not seen");
+/// assert_eq!(along, [3.0, 2.0], "divide the first width; the part along the normal does not count");
 /// ```
 #[must_use]
 pub fn variation(gradient: DVec3, widths: [DVec3; 2]) -> [f64; 2] {
@@ -43,8 +43,8 @@ pub struct Departure {
 /// ```
 /// use radgrad_paper::receiver::departure;
 /// // t^2 from 0 to 1: a parabola leaves its chord by 1/4, in the middle.
-/// let found = departure([0.0, 1.0], [0.0, 2.0]);
-/// assert_eq!((found.largest, found.at), (0.25, 0.5));
+/// let parabola = departure([0.0, 1.0], [0.0, 2.0]);
+/// assert_eq!((parabola.largest, parabola.at), (0.25, 0.5));
 /// assert_eq!(departure([1.0, 3.0], [2.0, 2.0]).largest, 0.0, "a straight line");
 /// ```
 #[must_use]
@@ -61,8 +61,8 @@ pub fn departure(values: [f64; 2], slopes: [f64; 2]) -> Departure {
     let q = half + (a * a + a * b + b * b).sqrt().copysign(half);
     let difference = |t: f64| (t * (1.0 - t) * (a - c * t)).abs();
     let inside = [a / q, q / (3.0 * c)].into_iter().filter(|t| (0.0..=1.0).contains(t));
-    let at = inside.max_by(|s, t| difference(*s).total_cmp(&difference(*t))).unwrap_or(0.5);
-    Departure { largest: unit * difference(at), at }
+    let root = inside.max_by(|s, t| difference(*s).total_cmp(&difference(*t))).unwrap_or(0.5);
+    Departure { largest: unit * difference(root), at: root }
 }
 
 #[cfg(test)]
@@ -81,24 +81,24 @@ mod tests {
     #[test]
     fn the_largest_departure_is_that_of_the_cubic_that_is_not_built() {
         let data = [-3.0, -1.0, -0.2, 0.0, 0.5, 1.0, 4.0];
-        let mut seen = 0;
+        let mut curved = 0;
         for p in data {
             for q in data {
                 for m in data {
                     for n in data {
-                        let found = departure([p, q], [m, n]);
+                        let chord = departure([p, q], [m, n]);
                         let grid = (0..=2000).map(|i| built([p, q], [m, n], f64::from(i) / 2000.0).abs()).fold(0.0, largest);
-                        assert!((found.largest - grid).abs() <= 1e-5 * (1.0 + grid), "{p} {q} {m} {n}: {found:?} {grid}");
-                        assert!((built([p, q], [m, n], found.at).abs() - found.largest).abs() < 1e-13);
-                        if found.largest > 0.0 {
-                            assert!(found.at > 0.2113 && found.at < 0.7887, "{p} {q} {m} {n}: {found:?}");
-                            seen += 1;
+                        assert!((chord.largest - grid).abs() <= 1e-5 * (1.0 + grid), "{p} {q} {m} {n}: {chord:?} {grid}");
+                        assert!((built([p, q], [m, n], chord.at).abs() - chord.largest).abs() < 1e-13);
+                        if chord.largest > 0.0 {
+                            assert!(chord.at > 0.2113 && chord.at < 0.7887, "{p} {q} {m} {n}: {chord:?}");
+                            curved += 1;
                         }
                     }
                 }
             }
         }
-        assert!(seen > 2000);
+        assert!(curved > 2000);
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Light on a receiver: emitters, and what may hide them.
+//! Light on a receiver: emitters, and occluders between.
 
 use radgrad_core::{DVec3, Emitter, Polygon, Receiver, evaluate_to};
 
@@ -52,7 +52,7 @@ impl Lighting<'_> {
         let refused = |source| Error::Sample { position, source };
         let receiver = Receiver::new(position, normal, self.reflectance).map_err(refused)?;
         let mut sample = Sample { position, value: 0.0, gradient: DVec3::ZERO, value_error: 0.0, gradient_error: 0.0 };
-        // Each sum rounds by half an epsilon of what it reached: of all magnitudes at most; a gradient in three components.
+        // Each sum rounds by half an epsilon of its result: of all magnitudes at most; a gradient in three components.
         let rounding = f64::EPSILON * self.emitters.len().saturating_sub(1) as f64;
         for emitter in self.emitters {
             let answer = evaluate_to(&receiver, emitter, self.occluders, self.tolerance).map_err(refused)?;

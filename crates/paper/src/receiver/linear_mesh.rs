@@ -66,7 +66,7 @@ impl LinearMesh {
         &self.triangles
     }
 
-    /// What an edge is off at most, by the criterion; above what was allowed only if the number of elements ran out, and infinite
+    /// The largest estimated error along an edge, by the criterion; above the allowed one only if the number of elements ran out, and infinite
     /// if that left one longer than allowed.
     #[must_use]
     pub const fn worst(&self) -> f64 {
@@ -109,10 +109,10 @@ pub fn refine_linear(receiver: &Polygon, light: &Lighting<'_>, refinement: &Refi
             building.mesh.worst = worst;
             break;
         }
-        let at = building.edges[&edge].departure.at;
-        match building.too_near(edge, at) {
-            Some((outer, at)) => building.cut(outer, at)?,
-            None => building.cut(edge, at)?,
+        let fraction = building.edges[&edge].departure.at;
+        match building.too_near(edge, fraction) {
+            Some((outer, fraction)) => building.cut(outer, fraction)?,
+            None => building.cut(edge, fraction)?,
         }
     }
     Ok(building.mesh)
@@ -156,8 +156,8 @@ impl<'a> Building<'a> {
             building.mesh.triangles.push(triangle);
             building.link(building.mesh.triangles.len() - 1);
         }
-        let all = building.edges.keys().copied().collect::<BTreeSet<Ends>>();
-        building.flip(all.into_iter().collect());
+        let edges = building.edges.keys().copied().collect::<BTreeSet<Ends>>();
+        building.flip(edges.into_iter().collect());
         Ok(building)
     }
 
@@ -190,10 +190,10 @@ impl<'a> Building<'a> {
     fn unlink(&mut self, triangle: usize) {
         let [a, b, c] = self.mesh.triangles[triangle];
         for edge in [ends(a, b), ends(b, c), ends(c, a)] {
-            if let Some(found) = self.edges.get_mut(&edge) {
-                found.triangles.retain(|&t| t != triangle);
-                if found.triangles.is_empty() {
-                    self.queue.remove(&(found.departure.largest.to_bits(), edge));
+            if let Some(entry) = self.edges.get_mut(&edge) {
+                entry.triangles.retain(|&t| t != triangle);
+                if entry.triangles.is_empty() {
+                    self.queue.remove(&(entry.departure.largest.to_bits(), edge));
                     self.edges.remove(&edge);
                 }
             }
@@ -255,7 +255,7 @@ impl<'a> Building<'a> {
         Ok(())
     }
 
-    /// Flips edges, and those around what was flipped, until every triangle's circle is empty of its neighbours.
+    /// Flips edges, and those around flipped ones, until every triangle's circle is empty of its neighbours.
     fn flip(&mut self, mut suspects: Vec<Ends>) {
         while let Some(edge) = suspects.pop() {
             let Some([one, other]) = self.edges.get(&edge).and_then(|e| <[usize; 2]>::try_from(&e.triangles[..]).ok()) else {
@@ -270,13 +270,13 @@ impl<'a> Building<'a> {
             };
             let ([a, b, c], [.., d]) = (opposite(one), opposite(other));
             // Sine and cosine of the angle under which the edge is seen from a vertex.
-            let seen = |from: usize, p: usize, q: usize| {
+            let angle = |from: usize, p: usize, q: usize| {
                 let [x, p, q] = [from, p, q].map(|i| self.mesh.samples[i].position);
                 let (p, q) = (p - x, q - x);
                 let length = (p.length_squared() * q.length_squared()).sqrt();
                 [self.mesh.normal.dot(p.cross(q)) / length, p.dot(q) / length]
             };
-            let ([sin_c, cos_c], [sin_d, cos_d]) = (seen(c, a, b), seen(d, b, a));
+            let ([sin_c, cos_c], [sin_d, cos_d]) = (angle(c, a, b), angle(d, b, a));
             if sin_c * cos_d + cos_c * sin_d < -LEVEL {
                 self.unlink(one);
                 self.unlink(other);
@@ -304,15 +304,15 @@ impl<'a> Building<'a> {
             };
             (0..3).map(side).min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((f64::NEG_INFINITY, 0))
         };
-        let all = self.mesh.triangles.iter().map(room).enumerate();
-        let Some((triangle, (least, side))) = all.max_by(|a, b| a.1.0.total_cmp(&b.1.0)) else { return Ok(()) };
+        let rooms = self.mesh.triangles.iter().map(room).enumerate();
+        let Some((triangle, (least, side))) = rooms.max_by(|a, b| a.1.0.total_cmp(&b.1.0)) else { return Ok(()) };
         let [a, b, c] = self.mesh.triangles[triangle];
         if least <= SAME * self.size {
             let corners = [a, b, c];
             let edge = ends(corners[side], corners[(side + 1) % 3]);
             let [from, to] = edge.map(|i| self.mesh.samples[i].position);
-            let at = (point - from).dot(to - from) / (to - from).length_squared();
-            return self.cut(edge, at);
+            let fraction = (point - from).dot(to - from) / (to - from).length_squared();
+            return self.cut(edge, fraction);
         }
         let new = self.sample(point)?;
         self.replace(triangle, &[[a, b, new], [b, c, new], [c, a, new]]);

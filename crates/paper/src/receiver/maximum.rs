@@ -41,12 +41,12 @@ pub struct Maximum {
 /// ```
 /// use radgrad_core::{DVec3, Emission, Emitter, Polygon};
 /// use radgrad_paper::receiver::brightest;
-/// let at = |x, y, z| DVec3::new(x, y, z);
-/// let floor = Polygon::new(vec![at(0.0, 0.0, 0.0), at(4.0, 0.0, 0.0), at(4.0, 3.0, 0.0), at(0.0, 3.0, 0.0)])?;
-/// let lamp = Polygon::new(vec![at(1.0, 0.5, 1.0), at(1.0, 1.5, 1.0), at(2.0, 1.5, 1.0), at(2.0, 0.5, 1.0)])?;
+/// let point = |x, y, z| DVec3::new(x, y, z);
+/// let floor = Polygon::new(vec![point(0.0, 0.0, 0.0), point(4.0, 0.0, 0.0), point(4.0, 3.0, 0.0), point(0.0, 3.0, 0.0)])?;
+/// let lamp = Polygon::new(vec![point(1.0, 0.5, 1.0), point(1.0, 1.5, 1.0), point(2.0, 1.5, 1.0), point(2.0, 0.5, 1.0)])?;
 /// let lamp = Emitter::new(lamp, Emission::Constant(1.0))?;
-/// let found = brightest(&floor, &lamp)?.expect("the lamp lights the floor");
-/// assert!((found.position - at(1.5, 1.0, 0.0)).length() < 1e-9, "below its centre");
+/// let maximum = brightest(&floor, &lamp)?.expect("the lamp lights the floor");
+/// assert!((maximum.position - point(1.5, 1.0, 0.0)).length() < 1e-9, "below its centre");
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
@@ -62,8 +62,8 @@ pub fn brightest(receiver: &Polygon, emitter: &Emitter) -> Result<Option<Maximum
     };
     let mut best: Option<Maximum> = None;
     for corners in pieces {
-        let found = Search::new(&corners, receiver, emitter).climb()?;
-        best = [best, found].into_iter().flatten().max_by(|a, b| a.value.total_cmp(&b.value));
+        let maximum = Search::new(&corners, receiver, emitter).climb()?;
+        best = [best, maximum].into_iter().flatten().max_by(|a, b| a.value.total_cmp(&b.value));
     }
     Ok(best)
 }
@@ -107,7 +107,7 @@ impl<'a> Search<'a> {
         Self { sides: (0..corners.len()).map(side).collect(), corners, normal, size: receiver.size(), emitter }
     }
 
-    fn at(&self, point: DVec3) -> Result<Place, Error> {
+    fn sample(&self, point: DVec3) -> Result<Place, Error> {
         let refused = |source| Error::Sample { position: point, source };
         let receiver = Receiver::new(point, self.normal, 1.0).map_err(refused)?;
         let answer = evaluate_to(&receiver, self.emitter, &[], TOLERANCE).map_err(refused)?;
@@ -121,13 +121,14 @@ impl<'a> Search<'a> {
         if matches!(self.emitter.emission(), Emission::Constant(_)) {
             let receiver = Receiver::new(point, self.normal, 1.0).map_err(refused)?;
             let hessian = hessian_to(&receiver, self.emitter, &[], 1e-6).map_err(refused)?;
-            let of = |a: DVec3, b: DVec3| a.dot(hessian.matrix * b);
-            return Ok(([of(u, u), of(v, v), of(u, v)], hessian.error));
+            let second_derivative = |a: DVec3, b: DVec3| a.dot(hessian.matrix * b);
+            return Ok(([second_derivative(u, u), second_derivative(v, v), second_derivative(u, v)], hessian.error));
         }
         // No closed form: differences of gradients, good to about 1e-6 of their size.
         let step = 1e-4 * self.size;
-        let change =
-            |d: DVec3| Ok::<_, Error>((self.at(point + step * d)?.slope - self.at(point - step * d)?.slope) / (2.0 * step));
+        let change = |d: DVec3| {
+            Ok::<_, Error>((self.sample(point + step * d)?.slope - self.sample(point - step * d)?.slope) / (2.0 * step))
+        };
         let (along_u, along_v) = (change(u)?, change(v)?);
         Ok(([along_u.dot(u), along_v.dot(v), 0.5 * (along_u.dot(v) + along_v.dot(u))], 0.0))
     }
@@ -137,9 +138,9 @@ impl<'a> Search<'a> {
         let of_emitter = self.emitter.polygon().vertices();
         let above = of_emitter.iter().sum::<DVec3>() / of_emitter.len() as f64;
         // In the light there is a corner, if anything is: B > 0 on one side of the emitter's plane.
-        let mut here = self.at(centre)?;
+        let mut here = self.sample(centre)?;
         for point in self.corners.iter().copied().chain([self.nearest(above)]) {
-            let there = self.at(point)?;
+            let there = self.sample(point)?;
             if there.value > here.value {
                 here = there;
             }
@@ -152,7 +153,7 @@ impl<'a> Search<'a> {
             let gain = here.slope.dot(step);
             if step.length() <= SHORTEST * self.size || gain <= 1e-13 * here.value {
                 // Too little to be seen in values: the last steps of Newton's method need no comparison.
-                let there = self.at(here.point + step)?;
+                let there = self.sample(here.point + step)?;
                 if there.slope.length() < here.slope.length() && there.value > 0.0 {
                     here = there;
                     continue;
@@ -162,7 +163,7 @@ impl<'a> Search<'a> {
             let halves = std::iter::successors(Some(1.0), |s| Some(0.5 * s)).take(MOST_HALVINGS);
             let mut risen = None;
             for part in halves {
-                let there = self.at(here.point + part * step)?;
+                let there = self.sample(here.point + part * step)?;
                 if there.value >= here.value + 1e-4 * part * gain {
                     risen = Some(there);
                     break;
@@ -249,9 +250,9 @@ mod tests {
     /// The largest radiosity on a grid of the rectangle [x0, x1] x [y0, y1] at z = 0.
     fn on_grid(x: [f64; 2], y: [f64; 2], emitter: &Emitter) -> f64 {
         let n = 200;
-        let at = |[low, high]: [f64; 2], i: i32| low + (high - low) * f64::from(i) / f64::from(n);
+        let coordinate = |[low, high]: [f64; 2], i: i32| low + (high - low) * f64::from(i) / f64::from(n);
         let value = |i, j| {
-            let receiver = Receiver::new(DVec3::new(at(x, i), at(y, j), 0.0), DVec3::Z, 1.0).unwrap();
+            let receiver = Receiver::new(DVec3::new(coordinate(x, i), coordinate(y, j), 0.0), DVec3::Z, 1.0).unwrap();
             radgrad_core::radiosity(&receiver, emitter).unwrap()
         };
         (0..=n).flat_map(|i| (0..=n).map(move |j| (i, j))).map(|(i, j)| value(i, j)).fold(0.0, largest)
@@ -268,13 +269,13 @@ mod tests {
             lamp(&[[0.0, -1.0, 0.1], [0.0, 1.0, 0.1], [0.0, 1.0, 1.0], [0.0, -1.0, 1.0]]),
         ];
         for (index, emitter) in lamps.iter().enumerate() {
-            let found = brightest(&floor, emitter).unwrap().unwrap();
+            let maximum = brightest(&floor, emitter).unwrap().unwrap();
             let grid = on_grid([-2.0, 3.0], [-2.0, 2.0], emitter);
-            assert!(found.value >= grid && found.value < 1.05 * grid, "{index}: {found:?} {grid}");
-            let p = found.position;
-            assert!(p.x >= -2.0 - 1e-12 && p.x <= 3.0 + 1e-12 && p.y.abs() <= 2.0 + 1e-12, "{index}: {found:?}");
+            assert!(maximum.value >= grid && maximum.value < 1.05 * grid, "{index}: {maximum:?} {grid}");
+            let p = maximum.position;
+            assert!(p.x >= -2.0 - 1e-12 && p.x <= 3.0 + 1e-12 && p.y.abs() <= 2.0 + 1e-12, "{index}: {maximum:?}");
             let inside = p.x > -1.99 && p.x < 2.99 && p.y.abs() < 1.99;
-            assert!(!inside || found.slope.length() <= 1e-8 * found.value, "{index}: {found:?}");
+            assert!(!inside || maximum.slope.length() <= 1e-8 * maximum.value, "{index}: {maximum:?}");
         }
     }
 
@@ -292,7 +293,7 @@ mod tests {
     fn a_concave_receiver_has_its_maximum_in_the_right_arm() {
         let l = polygon(&[[0.0, 0.0, 0.0], [3.0, 0.0, 0.0], [3.0, 1.0, 0.0], [1.0, 1.0, 0.0], [1.0, 3.0, 0.0], [0.0, 3.0, 0.0]]);
         let emitter = lamp(&[[0.25, 2.0, 0.5], [0.25, 2.5, 0.5], [0.75, 2.5, 0.5], [0.75, 2.0, 0.5]]);
-        let found = brightest(&l, &emitter).unwrap().unwrap();
-        assert!((found.position - DVec3::new(0.5, 2.25, 0.0)).length() < 1e-7, "{found:?}");
+        let maximum = brightest(&l, &emitter).unwrap().unwrap();
+        assert!((maximum.position - DVec3::new(0.5, 2.25, 0.0)).length() < 1e-7, "{maximum:?}");
     }
 }

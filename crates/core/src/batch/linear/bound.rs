@@ -10,7 +10,7 @@
 //! | Theta, n | sum of the angles g, and number of edges | |
 //! | gB, beta | gradient of the emission, and the emission at the point of a line nearest to the receiver | |
 //! | W | the largest emission at a vertex, and the length of gB times R: bounds beta, and gB times S | |
-//! | h | height over the plane, the plane being known to a few roundings ([`crate::batch::linear::Glow::new`]) | `dh <= 20u R` |
+//! | h | height over the plane, the plane being known to a few roundings ([`crate::batch::linear::AffineEmission::new`]) | `dh <= 20u R` |
 //! | d, s | place of a segment's end across and along its line, as in `linear_bound` | `dd <= 16u R`, `ds <= 5u R` |
 //! | r, rho | distance of that end, and `(d^2 + s^2)^(1/2)` | r^2 by 5u relative |
 //! | l, phi, psi | `ln(r/h)`, `atan2(s, d)`, `atan2(s, S)` | |
@@ -61,11 +61,11 @@ use radgrad_numbers::lanes::lane::{Lane, Mask, constant};
 use radgrad_numbers::number::ROUNDOFF;
 
 use crate::batch::bound::{LaneBound, SECOND_ORDER};
-use crate::batch::linear::{Glowing, LinearSums, Wide};
+use crate::batch::linear::{EmissionOnLanes, LinearSums, Wide};
 use crate::batch::visible::SeenExtent;
 
 /// Units of the value for each edge that no angle multiplies: half of C's 8.3 and of X1's 143, 3 and 22, and the last products; those,
-/// half of X1's 132, that fall with the height; and of both what each edge adds for the sum of `n + 5`.
+/// half of X1's 132, that fall with the height; and of both the term of each edge for the sum of `n + 5`.
 const EDGE_UNITS: f64 = 0.5 * (8.3 + 143.0 + 3.0 + 22.0) + 3.0 + 5.0 * UNITS_OF_SUM;
 const EDGE_UNITS_OF_HEIGHT: f64 = 66.0 + 5.0 * UNITS_OF_SUM_OF_HEIGHT;
 const UNITS_OF_SUM: f64 = 0.6;
@@ -91,12 +91,12 @@ pub(super) struct Scales<S: Simd> {
 
 impl<S: Simd> Scales<S> {
     #[inline(always)]
-    pub(super) fn new<G: Glowing<S>>(simd: S, sums: &LinearSums<S, G>, extent: &SeenExtent<S, f64>) -> Self {
+    pub(super) fn new<G: EmissionOnLanes<S>>(simd: S, sums: &LinearSums<S, G>, extent: &SeenExtent<S, f64>) -> Self {
         let number = |value: f64| constant::<S, f64>(simd, value);
         let zero = number(0.0);
         let SeenExtent { edges, farthest_square, crossing, .. } = extent;
         let farthest = farthest_square.sqrt();
-        let unit = number(SECOND_ORDER * ROUNDOFF) * (sums.glow.largest(simd) + sums.glow.steepness(simd) * farthest);
+        let unit = number(SECOND_ORDER * ROUNDOFF) * (sums.emission.largest(simd) + sums.emission.steepness(simd) * farthest);
         let inverse_height = number(1.0) / sums.height;
         let mut condition_square = sums.nearest * *farthest_square;
         let (mut edges, mut angles, mut is_crossed, mut shift) = (number(*edges), sums.angles, zero.below(zero), zero);

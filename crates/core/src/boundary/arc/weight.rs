@@ -81,11 +81,11 @@ mod tests {
 
     #[test]
     fn an_arc_of_no_length_weighs_nothing() {
-        let point = |x: f64| Sighted::at(Vec3::new(2.0, x, 0.5));
+        let point = |x: f64| Sighted::new(Vec3::new(2.0, x, 0.5));
         let line = Line::<f64>::along(Vec3::new(0.0, 1.0, 0.0), point(0.25).point);
         let arc = Arc::between(point(0.25), point(0.25), Generator::Occluder(line));
         assert_eq!(arc.weight(&line, Vec3::new(0.3, -0.5, 0.812)), 0.0);
-        let point = |x: Ball<f64>| Sighted::at(Vec3::new(Ball::exact(2.0), x, Ball::exact(0.5)));
+        let point = |x: Ball<f64>| Sighted::new(Vec3::new(Ball::exact(2.0), x, Ball::exact(0.5)));
         let [from, to] = [0.25, 0.25 + 1e-16].map(|x| point(Ball::approximate(x, 1e-15)));
         let line = Line::along(Vec3::new(0.0, 1.0, 0.0).map(Ball::exact), from.point);
         let weight =
@@ -125,7 +125,7 @@ mod tests {
     fn the_weight_is_that_of_the_moments_in_the_frame() {
         let n1 = Vec3::new(0.3, -0.5, 0.812);
         for (from, to) in [(-0.9, 0.2), (0.4, 0.4001), (-0.5, 1.0), (-0.78, 0.78), (1.0, 1.5), (0.2, 1.2)] {
-            let on_line = |psi: f64| Sighted::at(Vec3::new(2.0, 2.0 * libm::tan(psi), 0.5));
+            let on_line = |psi: f64| Sighted::new(Vec3::new(2.0, 2.0 * libm::tan(psi), 0.5));
             let (start, end) = (on_line(from), on_line(to));
             let line = Line::<f64>::along(Vec3::new(0.0, 1.0, 0.0), start.point);
             let arc = Arc::between(start, end, Generator::Emitter(line));

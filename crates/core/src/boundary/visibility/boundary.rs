@@ -48,7 +48,7 @@ pub(super) fn arcs<T: Real>(parts: &[VisiblePart<T>], sides: &Sides<T>) -> Vec<A
         &outlines,
         normal,
         |point| point.map(T::value),
-        |from, to, facing| arcs.push(Arc::between(Sighted::at(*from), Sighted::at(*to), sides.generator(facing))),
+        |from, to, facing| arcs.push(Arc::between(Sighted::new(*from), Sighted::new(*to), sides.generator(facing))),
     );
     arcs
 }
@@ -70,8 +70,8 @@ pub(super) fn visit_joined<P>(
         // Those that pass the other way are last.
         let one_way = alike.iter().filter(|turn| !turn.is_back).count();
         let other_way = alike.len() - one_way;
-        let left = if one_way >= other_way { &alike[other_way..one_way] } else { &alike[2 * one_way..] };
-        for turn in left {
+        let unpaired = if one_way >= other_way { &alike[other_way..one_way] } else { &alike[2 * one_way..] };
+        for turn in unpaired {
             let [from, to] = if turn.is_back { [turn.sides[1], turn.sides[0]] } else { turn.sides };
             ends.push(End { side: from, count: -1, point: points[turn.point], place: 0.0 });
             ends.push(End { side: to, count: 1, point: points[turn.point], place: 0.0 });

@@ -1,4 +1,4 @@
-//! What stays open because an emitter or an occluder is not flat.
+//! Bounds on the uncertainty of a shadow where an emitter or an occluder is not flat.
 //!
 //! Four vertices are in one plane up to rounding only, and no surface through them is the one that was meant. Far from each other
 //! two polygons hide the same whatever surface is chosen. Where an occluder meets the emitter's plane, the choice decides which
@@ -19,7 +19,7 @@
 //!    R. So two choices of surfaces differ in rays alone whose point q on the plane of Q is within s of E's plane: rays to D.
 //! 2. The ray to p meets the plane of Q at `q = t p`, `t = K/(M.p)`, at the height `h (1 - t)`. It is within s if
 //!    `K/(1 + s/h) <= M.p <= K/(1 - s/h)`: two half-spaces. Together with the sides of Q's cone they cut D out of P. Each is
-//!    moved outward by twice what rounding, and vertices that Q's outline leaves outside, may move it.
+//!    moved outward by twice its displacement by rounding and by vertices that Q's outline leaves outside.
 //! 3. The irradiance through D is at most `max|B| A/r^2`.
 //! 4. With D fixed on the emitter the kernel `(n1.w)(n2.w)/p^2` has a gradient of at most `6/p^3`. The boundary of D that belongs
 //!    to Q lies off E's plane by at most s, so along the ray by at most `s |p|/h`, and moves with x as if it were in the plane but
@@ -49,7 +49,7 @@ use crate::boundary::visibility::part::{Sides, VisiblePart, nearness};
 use crate::problem::polygon::Polygon;
 use crate::problem::receiver::Receiver;
 
-/// An occluder of which it is open what it hides.
+/// An occluder whose shadow is uncertain.
 pub(super) struct Doubt {
     /// From the receiver, normalised.
     vertices: Vec<DVec3>,
@@ -63,7 +63,7 @@ pub(super) struct Doubt {
     is_edge_on: bool,
 }
 
-/// A region of the emitter in which it is open what is seen.
+/// A region of the emitter whose visibility is uncertain.
 struct Region {
     area: f64,
     perimeter: f64,
@@ -107,7 +107,13 @@ fn edges(vertices: &[DVec3]) -> impl Iterator<Item = [DVec3; 2]> {
 
 impl Doubt {
     /// The doubt about a convex part of an occluder, if there is any.
-    pub(super) fn of(receiver: &Receiver, emitter: &Polygon, occluder: &Polygon, part: &[DVec3], plan: &Plan) -> Option<Self> {
+    pub(super) fn of_part(
+        receiver: &Receiver,
+        emitter: &Polygon,
+        occluder: &Polygon,
+        part: &[DVec3],
+        plan: &Plan,
+    ) -> Option<Self> {
         if emitter.half_slab() == 0.0 && occluder.half_slab() == 0.0 {
             return None;
         }
@@ -130,7 +136,7 @@ impl Doubt {
         self.is_edge_on
     }
 
-    /// Whether all of it is surely in front of every surface of the emitter, or behind, but for what the two outlines share.
+    /// Whether all of it is surely in front of every surface of the emitter, or behind, but for vertices and edges that the two outlines share.
     fn is_sure(&self, emitter: &Polygon, part: &[DVec3], plan: &Plan) -> bool {
         if self.is_edge_on {
             return false;
@@ -194,11 +200,11 @@ impl Doubt {
     /// empty.
     pub(super) fn bounds<T: Real>(&self, part: &VisiblePart<T>, sides: &Sides<T>, height: f64) -> Option<[f64; 2]> {
         let Region { area, perimeter, distance, turning } = self.region(part, sides, height)?;
-        let seen = (area / (distance * distance)).min(std::f64::consts::TAU);
+        let irradiance = (area / (distance * distance)).min(std::f64::consts::TAU);
         let share = self.slack / height;
         let own = if share < MOST_SHARE && !self.is_edge_on { 2.0 * share / distance } else { 1.0 / self.nearest() };
         let moving = 6.0 * area / (distance * distance * distance) + (perimeter * own + turning) / distance;
-        Some([seen, moving].map(|bound| bound * 1.01))
+        Some([irradiance, moving].map(|bound| bound * 1.01))
     }
 
     /// D.
@@ -233,52 +239,52 @@ impl Doubt {
         })
     }
 
-    /// Half-spaces `N.p >= offset`, each with what N.p may be off by at distances up to `reach`, that hold the rays through D.
+    /// Half-spaces `N.p >= offset`, each with the error of N.p at distances up to `reach`, that hold the rays through D.
     fn half_spaces(&self, reach: f64, height: f64) -> Vec<(DVec3, f64, f64)> {
         let farthest = self.vertices.iter().map(|v| length(*v)).fold(0.0, largest);
         // The sides are those of a cone, whatever its size.
         let vertices: Vec<DVec3> = self.vertices.iter().map(|v| *v * normalising_power(farthest)).collect();
         let middle: DVec3 = vertices.iter().sum();
-        let mut found: Vec<(DVec3, f64, f64)> = Vec::with_capacity(vertices.len() + 2);
+        let mut half_spaces: Vec<(DVec3, f64, f64)> = Vec::with_capacity(vertices.len() + 2);
         for [u, v] in edges(&vertices) {
             let (inward, lengths) = (u.cross(v), length(u) * length(v));
             let inward = if inward.dot(middle) < 0.0 { -inward } else { inward };
             let outside = |w: &DVec3| -inward.dot(*w) / length(*w);
             let rounding = 16.0 * ROUNDOFF * lengths + f64::MIN_POSITIVE;
-            found.push((inward, 0.0, (vertices.iter().map(outside).fold(0.0, largest) + rounding) * reach));
+            half_spaces.push((inward, 0.0, (vertices.iter().map(outside).fold(0.0, largest) + rounding) * reach));
         }
         let ((normal, offset), share) = (self.plane, self.slack / height);
         let rounding = 16.0 * ROUNDOFF * (reach + offset);
         if share < MOST_SHARE && !self.is_edge_on {
-            found.push((normal, offset / (1.0 + share), rounding));
-            found.push((-normal, -offset / (1.0 - share), rounding));
+            half_spaces.push((normal, offset / (1.0 + share), rounding));
+            half_spaces.push((-normal, -offset / (1.0 - share), rounding));
         } else if self.is_edge_on {
             let nearest = self.nearest();
             if nearest > 0.0 {
                 let aside = 1.5 * (offset + self.slab + 16.0 * ROUNDOFF * farthest) * reach / nearest;
-                found.extend([(normal, -aside, rounding), (-normal, -aside, rounding)]);
+                half_spaces.extend([(normal, -aside, rounding), (-normal, -aside, rounding)]);
             }
         }
-        found
+        half_spaces
     }
 }
 
 /// The part of a convex polygon where `height` is not negative.
 fn cut(region: &[Bordered], height: impl Fn(DVec3) -> f64) -> Vec<Bordered> {
     let heights: Vec<f64> = region.iter().map(|(p, _)| height(*p)).collect();
-    let mut kept = Vec::with_capacity(region.len() + 1);
+    let mut clipped = Vec::with_capacity(region.len() + 1);
     for (i, &(start, near)) in region.iter().enumerate() {
         let j = (i + 1) % region.len();
         let between = || start + (region[j].0 - start) * (heights[i] / (heights[i] - heights[j]));
-        // What is not a number is kept.
+        // A NaN height counts as inside.
         match (heights[i] < 0.0, heights[j] < 0.0) {
-            (false, false) => kept.push((start, near)),
-            (false, true) => kept.extend([(start, near), (between(), 0.0)]),
-            (true, false) => kept.push((between(), near)),
+            (false, false) => clipped.push((start, near)),
+            (false, true) => clipped.extend([(start, near), (between(), 0.0)]),
+            (true, false) => clipped.push((between(), near)),
             (true, true) => {}
         }
     }
-    kept
+    clipped
 }
 
 /// The least altitude of the triangles that vertices of a polygon form, normalised, from below; 0 where there are too many to look
@@ -289,12 +295,13 @@ fn least_altitude(polygon: &Polygon, power: f64) -> f64 {
     if vertices.len() > MOST {
         return 0.0;
     }
-    let all = || vertices.iter().copied();
-    let altitudes = all().flat_map(|a| all().flat_map(move |b| all().map(move |c| [a, b, c]))).filter_map(|[a, b, c]| {
-        let is_triangle = a != b && b != c && c != a;
-        let [b, c] = [b, c].map(|p| (p - a) * power);
-        is_triangle.then(|| b.cross(c).length() / b.length())
-    });
+    let points = || vertices.iter().copied();
+    let altitudes =
+        points().flat_map(|a| points().flat_map(move |b| points().map(move |c| [a, b, c]))).filter_map(|[a, b, c]| {
+            let is_triangle = a != b && b != c && c != a;
+            let [b, c] = [b, c].map(|p| (p - a) * power);
+            is_triangle.then(|| b.cross(c).length() / b.length())
+        });
     let least = altitudes.fold(f64::INFINITY, smallest) - 64.0 * f64::EPSILON * polygon.size() * power;
     if least < 0.0 { 0.0 } else { least }
 }
@@ -304,7 +311,7 @@ fn length(v: DVec3) -> f64 {
     Vec3::from(v).length()
 }
 
-/// The larger of two lengths; what is not a number stays so.
+/// The larger of two lengths; NaN if either is.
 fn largest(a: f64, b: f64) -> f64 {
     if b > a || b.is_nan() { b } else { a }
 }

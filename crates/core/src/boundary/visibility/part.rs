@@ -46,14 +46,14 @@ impl<T: Real> Sides<T> {
     }
 
     pub(super) fn add(&mut self, generator: Generator<T>, name: Option<EdgeName>) -> Facing {
-        self.0.push(ConeSide { generator, name, normal: UncertainVector::of(generator.normal()) });
+        self.0.push(ConeSide { generator, name, normal: UncertainVector::from_direction(generator.normal()) });
         Facing::forward(self.0.len() - 1)
     }
 
     /// The side of an edge of the emitter: of a diagonal, that of the neighbour who has it already.
     pub(super) fn add_emitter_edge(&mut self, generator: impl FnOnce() -> Generator<T>, name: EdgeName) -> Facing {
         match self.0.iter().position(|side| side.name == Some(name)) {
-            Some(known) => Facing::forward(known).reversed(),
+            Some(line) => Facing::forward(line).reversed(),
             None => self.add(generator(), Some(name)),
         }
     }
@@ -103,13 +103,13 @@ pub(super) struct PartCorner<P> {
 
 impl<T: Real> VisiblePart<T> {
     pub(super) fn new(corners: Vec<PartCorner<Vec3<T>>>, sides: &Sides<T>) -> Self {
-        let about = |corner: &PartCorner<Vec3<T>>| [UncertainVector::of(corner.point), sides.about(corner.side)];
+        let about = |corner: &PartCorner<Vec3<T>>| [UncertainVector::from_direction(corner.point), sides.about(corner.side)];
         let cone = BoundingCone::new(corners.iter().map(about).collect());
         Self { corners, cone }
     }
 
     pub(super) fn arcs(&self, sides: &Sides<T>) -> impl Iterator<Item = Arc<T>> {
-        let sighted = |corner: &PartCorner<Vec3<T>>| Sighted::at(corner.point);
+        let sighted = |corner: &PartCorner<Vec3<T>>| Sighted::new(corner.point);
         pairs(&self.corners).map(move |(start, end)| Arc::between(sighted(start), sighted(end), sides.generator(start.side)))
     }
 

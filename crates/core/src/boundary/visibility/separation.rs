@@ -35,12 +35,12 @@ impl UncertainVector {
 
     /// The direction from x to a point of the scene.
     fn from_to(x: DVec3, point: DVec3) -> Self {
-        let at = point - x;
-        Self::ray(at, 2.0 * ROUNDOFF * at.abs().max_element())
+        let direction = point - x;
+        Self::ray(direction, 2.0 * ROUNDOFF * direction.abs().max_element())
     }
 
     /// A direction in doubles, its own error included.
-    pub(super) fn of<T: Real>(direction: Vec3<T>) -> Self {
+    pub(super) fn from_direction<T: Real>(direction: Vec3<T>) -> Self {
         let error = direction.map(T::value_error);
         Self::ray(direction.map(T::value).into(), error.x + error.y + error.z)
     }

@@ -23,10 +23,10 @@ pub(super) struct Screen<'a> {
     /// Where each is relative to the emitter's plane.
     sides: Vec<Side>,
     /// Where the receiver is relative to the occluder's.
-    seen: Side,
+    receiver_side: Side,
     /// A circular cone and rays around it, in doubles.
     pub(super) cone: BoundingCone,
-    /// What it leaves open, if anything.
+    /// The uncertain part of its shadow, if any.
     pub(super) doubt: Option<Doubt>,
 }
 
@@ -47,20 +47,20 @@ impl<'a> Screen<'a> {
     ) -> Option<Self> {
         let x = receiver.position();
         let mut vertices: Vec<DVec3> = indices.iter().map(|&i| occluder.vertices()[i]).collect();
-        let doubt = Doubt::of(receiver, emitter, occluder, &vertices, plan);
-        let seen = side_of(x, occluder, plan.power);
-        if seen == Side::Back {
+        let doubt = Doubt::of_part(receiver, emitter, occluder, &vertices, plan);
+        let receiver_side = side_of(x, occluder, plan.power);
+        if receiver_side == Side::Back {
             vertices.reverse();
         }
         // The outline is on every surface through the emitter's vertices.
         let is_on_it = |v: DVec3| emitter.half_slab() > 0.0 && is_on_outline(v, emitter);
         let side = |&v: &DVec3| if is_on_it(v) { Side::InPlane } else { side_of(v, emitter, plan.power) };
-        let sides: Vec<Side> = if seen == Side::InPlane { Vec::new() } else { vertices.iter().map(side).collect() };
-        let screen = Self { occluder, cone: BoundingCone::of_polygon(x, &vertices), vertices, sides, seen, doubt };
+        let sides: Vec<Side> = if receiver_side == Side::InPlane { Vec::new() } else { vertices.iter().map(side).collect() };
+        let screen = Self { occluder, cone: BoundingCone::of_polygon(x, &vertices), vertices, sides, receiver_side, doubt };
         (screen.casts_shadow() || screen.doubt.is_some()).then_some(screen)
     }
 
-    /// Whether it hides anything, with the planes of the two polygons for what they are.
+    /// Whether it hides anything, taking the two polygons for flat.
     pub(super) fn casts_shadow(&self) -> bool {
         self.sides.contains(&Side::Front)
     }
@@ -75,21 +75,21 @@ impl<T: Real> Shadow<T> {
     /// The shadow of a screen.
     pub(super) fn new(receiver: &Receiver, emitter: &Polygon, screen: &Screen<'_>, plan: &Plan, sides: &mut Sides<T>) -> Self {
         let (x, power) = (receiver.position(), plan.power);
-        let Screen { occluder, vertices, sides: places, seen: from, .. } = screen;
+        let Screen { occluder, vertices, sides: places, receiver_side: from, .. } = screen;
         let heights: Vec<T> = vertices.iter().map(|&v| height_over_plane(v, emitter, power)).collect();
-        let seen: Vec<Sighted<T>> = vertices.iter().map(|&v| Sighted::from(v, x, power)).collect();
+        let sighted: Vec<Sighted<T>> = vertices.iter().map(|&v| Sighted::from(v, x, power)).collect();
         let mut shadow = Self { lines: Vec::new(), corners: Vec::new() };
         let (mut sinks, mut rises) = (None, None);
         for i in 0..vertices.len() {
             let j = (i + 1) % vertices.len();
             let ends = [vertices[i], vertices[j]];
-            let start = seen[i].point;
-            let line = Line::through(ends, [&seen[i], &seen[j]], x, power);
+            let start = sighted[i].point;
+            let line = Line::through(ends, [&sighted[i], &sighted[j]], x, power);
             let touch = || start + line.e * (heights[i] / (heights[i] - heights[j]));
             match (places[i], places[j]) {
                 (Side::Back, Side::Back) => continue,
                 (Side::Back, Side::InPlane) => {
-                    rises = Some(seen[j].point);
+                    rises = Some(sighted[j].point);
                     continue;
                 }
                 (Side::InPlane, Side::Back) => {
@@ -117,23 +117,23 @@ impl<T: Real> Shadow<T> {
 
     /// Whether one side of the shadow or of the part is known to separate them.
     pub(super) fn misses(&self, part: &VisiblePart<T>, sides: &Sides<T>) -> bool {
-        let beyond = |normal: Vec3<T>, point: Vec3<T>| {
+        let is_beyond = |normal: Vec3<T>, point: Vec3<T>| {
             let height = normal.dot(point);
             height.value() > 0.0 && height.size() > height.error()
         };
-        let is_clear_of = |side: Facing| part.corners.iter().all(|corner| beyond(sides.normal(side), corner.point));
-        let is_within = |side: Facing| self.corners.iter().all(|corner| beyond(sides.normal(side), *corner));
+        let is_clear_of = |side: Facing| part.corners.iter().all(|corner| is_beyond(sides.normal(side), corner.point));
+        let is_within = |side: Facing| self.corners.iter().all(|corner| is_beyond(sides.normal(side), *corner));
         self.lines.iter().any(|&side| is_clear_of(side)) || part.corners.iter().any(|corner| is_within(corner.side))
     }
 }
 
-/// The line in which the occluder meets the emitter's plane, from where it sinks below to where it rises, so that what is before that
+/// The line in which the occluder meets the emitter's plane, from where it sinks below to where it rises, so that its part before that
 /// plane is on its left as the receiver sees it. Where the occluder only just dips below the plane the two points hardly tell which
 /// way that is; of two planes the normals do, with that of the occluder turned to the receiver.
-fn waterline<T: Real>([sink, rise]: [Vec3<T>; 2], seen: Side, emitter: &Polygon, occluder: &Polygon) -> Line<T> {
+fn waterline<T: Real>([sink, rise]: [Vec3<T>; 2], receiver_side: Side, emitter: &Polygon, occluder: &Polygon) -> Line<T> {
     if emitter.half_slab() > 0.0 || occluder.half_slab() > 0.0 {
         return Line::along(rise - sink, sink);
     }
     let direction = emitter.unit_normal::<T>().cross(occluder.unit_normal());
-    Line::along(if seen == Side::Back { -direction } else { direction }, sink)
+    Line::along(if receiver_side == Side::Back { -direction } else { direction }, sink)
 }

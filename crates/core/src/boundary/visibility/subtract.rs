@@ -50,13 +50,13 @@ impl<'a, T: Real> Subtraction<'a, T> {
         let receiver = self.receiver;
         let (x, power) = (receiver.position(), self.plan.power);
         let vertices: Vec<DVec3> = indices.iter().map(|&i| polygon.vertices()[i]).collect();
-        let seen: Vec<Sighted<T>> = vertices.iter().map(|&v| Sighted::from(v, x, power)).collect();
+        let sighted: Vec<Sighted<T>> = vertices.iter().map(|&v| Sighted::from(v, x, power)).collect();
         let corners = (0..vertices.len()).map(|i| {
             let j = (i + 1) % vertices.len();
-            let line = || Line::through([vertices[i], vertices[j]], [&seen[i], &seen[j]], x, power);
+            let line = || Line::through([vertices[i], vertices[j]], [&sighted[i], &sighted[j]], x, power);
             let name = EdgeName::new(vertices[i], vertices[j]);
             let side = self.sides.add_emitter_edge(|| Generator::Emitter(line()), name);
-            PartCorner { point: seen[i].point, vertex: Some(vertices[i]), side }
+            PartCorner { point: sighted[i].point, vertex: Some(vertices[i]), side }
         });
         let corners = corners.collect();
         let part = VisiblePart::new(corners, &self.sides);
@@ -67,11 +67,11 @@ impl<'a, T: Real> Subtraction<'a, T> {
 
     /// Adds the parts of `part` outside `shadow`.
     pub(super) fn subtract(&mut self, part: VisiblePart<T>, shadow: &Shadow<T>, lit: &mut Vec<VisiblePart<T>>) {
-        let mut rest = part;
+        let mut inside = part;
         for &side in &shadow.lines {
-            lit.extend(self.cut(&rest, side.reversed()));
-            match self.cut(&rest, side) {
-                Some(inner) => rest = inner,
+            lit.extend(self.cut(&inside, side.reversed()));
+            match self.cut(&inside, side) {
+                Some(inner) => inside = inner,
                 None => break,
             }
         }
@@ -134,16 +134,16 @@ impl<'a, T: Real> Subtraction<'a, T> {
     fn keep(&mut self, part: &VisiblePart<T>, depths: &[T], cutting: Facing) -> Option<VisiblePart<T>> {
         self.add_uncertainty(part, depths, cutting);
         let is_line = !matches!(self.sides.unturned(cutting), Generator::Horizon(_));
-        let places: Vec<Place> = depths.iter().map(|&depth| Place::of(depth)).collect();
+        let places: Vec<Place> = depths.iter().map(|&depth| Place::of_depth(depth)).collect();
         let crossing = |i: usize, j: usize| {
             let [start, end] = [i, j].map(|k| &part.corners[k]);
             let from_ends = start.point + (end.point - start.point) * (depths[i] / (depths[i] - depths[j]));
             self.crossing(start.side, cutting, from_ends)
         };
-        match kept(&part.corners, &places, cutting, is_line, |own| self.shared_vertex(own, cutting), crossing) {
-            Kept::Nothing => None,
-            Kept::Whole => Some(part.clone()),
-            Kept::Corners(corners) => Some(VisiblePart::new(corners, &self.sides)),
+        match clip(&part.corners, &places, cutting, is_line, |own| self.shared_vertex(own, cutting), crossing) {
+            Clipped::Nothing => None,
+            Clipped::Whole => Some(part.clone()),
+            Clipped::Corners(corners) => Some(VisiblePart::new(corners, &self.sides)),
         }
     }
 
@@ -173,20 +173,20 @@ impl<'a, T: Real> Subtraction<'a, T> {
 /// Where a corner is relative to a side that cuts.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Place {
-    /// Height on the side that is kept, or what is held for it.
+    /// Height over the side, positive on the part that remains; a value within its bound where it is uncertain.
     pub(super) depth: f64,
     pub(super) is_exactly_on_it: bool,
     pub(super) is_doubtful: bool,
 }
 
 impl Place {
-    fn of<T: Real>(depth: T) -> Self {
+    fn of_depth<T: Real>(depth: T) -> Self {
         Self { depth: depth.value(), is_exactly_on_it: is_exactly_0(depth), is_doubtful: is_doubtful(depth) }
     }
 }
 
-/// What is left of a part.
-pub(super) enum Kept<P> {
+/// The part of an outline on the positive side of a line.
+pub(super) enum Clipped<P> {
     Nothing,
     Whole,
     Corners(Vec<PartCorner<P>>),
@@ -194,21 +194,21 @@ pub(super) enum Kept<P> {
 
 /// The corners of positive depth, closed along `cutting` (Sutherland and Hodgman 1974, on a cone), given where a side from one corner
 /// to another crosses it, and the vertex of the input that is surely seen there, if any.
-pub(super) fn kept<P: Copy>(
+pub(super) fn clip<P: Copy>(
     corners: &[PartCorner<P>],
     places: &[Place],
     cutting: Facing,
     is_line: bool,
     vertex: impl Fn(Facing) -> Option<DVec3>,
     point: impl Fn(usize, usize) -> P,
-) -> Kept<P> {
+) -> Clipped<P> {
     let count = corners.len();
     let inside = |i: usize| places[i].depth > 0.0;
     // A part that a line only touches keeps its own edges, also one seen along that line: it lies elsewhere in space.
     if is_line && (0..count).any(inside) && places.iter().all(|place| place.depth >= 0.0) {
-        return Kept::Whole;
+        return Clipped::Whole;
     }
-    let mut kept = Vec::with_capacity(count + 1);
+    let mut clipped = Vec::with_capacity(count + 1);
     for i in 0..count {
         let j = (i + 1) % count;
         let (start, end) = (corners[i], corners[j]);
@@ -223,14 +223,14 @@ pub(super) fn kept<P: Copy>(
             }
         };
         match (inside(i), inside(j)) {
-            (true, true) => kept.push(start),
+            (true, true) => clipped.push(start),
             (true, false) => {
-                kept.push(start);
-                kept.push(crossing(cutting));
+                clipped.push(start);
+                clipped.push(crossing(cutting));
             }
-            (false, true) => kept.push(crossing(start.side)),
+            (false, true) => clipped.push(crossing(start.side)),
             (false, false) => {}
         }
     }
-    if kept.is_empty() { Kept::Nothing } else { Kept::Corners(kept) }
+    if clipped.is_empty() { Clipped::Nothing } else { Clipped::Corners(clipped) }
 }

@@ -1,4 +1,4 @@
-//! The visible boundary in doubles, where double precision is sure of every decision: most cases, for a small part of what it takes
+//! The visible boundary in doubles, where double precision is sure of every decision: most cases, for a small part of the cost
 //! with a bound on every number.
 //!
 //! The visible part is bounded by pieces of the emitter's sides that are in no shadow, and by pieces of the shadows' sides, turned
@@ -29,7 +29,7 @@
 //! An outline of which every side has all other corners surely inside is convex, and all surfaces through its vertices within their
 //! hull are seen within it: whether the vertices are in one plane does not matter.
 //!
-//! What is decided holds for any scalar: [`arcs`] takes the sides from the edges that they are of, and corners from vertices or from
+//! The decisions hold for any scalar: [`arcs`] takes the sides from the edges that they are of, and corners from vertices or from
 //! the two sides that cross there, in the scalar that is asked for.
 
 use std::cell::OnceCell;
@@ -48,12 +48,12 @@ use crate::boundary::line::{LEAST_MOMENT, Line, Sighted};
 use crate::boundary::plan::{Horizon, Plan, Side, height_over_horizon, sure_side};
 use crate::boundary::visibility::part::{Facing, PartCorner};
 use crate::boundary::visibility::separation::CircularCone;
-use crate::boundary::visibility::subtract::{Kept, Place, kept};
+use crate::boundary::visibility::subtract::{Clipped, Place, clip};
 use crate::problem::polygon::Polygon;
 use crate::problem::receiver::{Receiver, unit_normal};
 use crate::problem::triangulate::convex_parts;
 
-/// An arc, with what its ends and its plane are off by.
+/// An arc, with the errors of its ends and of its plane.
 pub(crate) struct SureArc {
     /// With every line taken for an occluder's: its ends are directions, not points of the line.
     pub(crate) arc: Arc<f64>,
@@ -149,7 +149,7 @@ struct Unsure;
 pub(crate) enum Hidden {
     /// Surely not at all.
     Nothing,
-    /// In part or wholly: the arcs of what is left were visited.
+    /// In part or wholly: the arcs of the visible part were visited.
     Something,
     /// Double precision is not sure.
     Unsure,
@@ -234,7 +234,7 @@ impl<'a> Visible<'a> {
         Ok(Cone { sides: first..first + count, around: if is_one_of_many { around() } else { None } })
     }
 
-    /// What of the emitter's cone is above the horizon, if anything.
+    /// The part of the emitter's cone above the horizon, if any.
     fn above_horizon(&mut self, whole: Cone, emitter: &Polygon) -> Result<Option<Cone>, Unsure> {
         let normal = -unit_normal::<f64>(self.receiver);
         let horizon = self.sides.len();
@@ -248,10 +248,10 @@ impl<'a> Visible<'a> {
             |side: usize| PartCorner { point: self.rays[side], vertex: self.rays[side].vertex, side: Facing::forward(side) };
         let corners: Vec<PartCorner<Ray>> = whole.sides.clone().map(corner).collect();
         let crossing = |i: usize, _| self.crossing(i, horizon, places[i].depth > 0.0);
-        let corners = match kept(&corners, &places, Facing::forward(horizon), false, |_| None, crossing) {
-            Kept::Nothing => return Ok(None),
-            Kept::Whole => return Ok(Some(whole)),
-            Kept::Corners(corners) => corners,
+        let corners = match clip(&corners, &places, Facing::forward(horizon), false, |_| None, crossing) {
+            Clipped::Nothing => return Ok(None),
+            Clipped::Whole => return Ok(Some(whole)),
+            Clipped::Corners(corners) => corners,
         };
         self.rays.truncate(whole.sides.start);
         let mut sides: Vec<Option<SureSide>> = self.sides.drain(whole.sides.start..).map(Some).collect();
@@ -291,7 +291,7 @@ impl<'a> Visible<'a> {
         self.rays[end.ray].vertex.or_else(shared)
     }
 
-    /// What of a piece is in a cone, and the side of that which it is along, if any.
+    /// The part of a piece in a cone, and the side of the cone along which it runs, if any.
     fn within(&mut self, piece: Piece, cone: &Cone) -> Result<Option<(Piece, Option<usize>)>, Unsure> {
         let is_beyond = |side: &SureSide, end: End| side.is_beyond(&self.rays[end.ray]);
         if self.sides[cone.sides.clone()].iter().any(|side| is_beyond(side, piece.from) && is_beyond(side, piece.to)) {
@@ -311,26 +311,26 @@ impl<'a> Visible<'a> {
         Ok(Some((piece, along)))
     }
 
-    /// Adds what a shadow leaves of a piece; it depends on whether the two run the same way whether a piece along its side is dark.
+    /// Adds the part of a piece outside a shadow. A piece along the shadow's side is dark or lit by whether the two run the same way.
     fn subtract(
         &mut self,
         piece: Piece,
         shadow: &Cone,
         is_dark_along: impl Fn(bool) -> bool,
-        left: &mut Pieces,
+        lit: &mut Pieces,
     ) -> Result<(), Unsure> {
         let dark = self.within(piece, shadow)?.filter(|&(_, along)| {
             along.is_none_or(|side| is_dark_along(self.sides[piece.side].normal().dot(self.sides[side].normal()) > 0.0))
         });
         let Some((dark, _)) = dark else {
-            left.push(piece);
+            lit.push(piece);
             return Ok(());
         };
         if dark.from != piece.from {
-            left.push(Piece { to: dark.from, ..piece });
+            lit.push(Piece { to: dark.from, ..piece });
         }
         if dark.to != piece.to {
-            left.push(Piece { from: dark.to, ..piece });
+            lit.push(Piece { from: dark.to, ..piece });
         }
         Ok(())
     }
@@ -342,15 +342,15 @@ impl<'a> Visible<'a> {
 
     /// Adds the pieces that bound the visible part.
     fn add_pieces(&mut self, emitter: &Cone, shadows: &[Cone]) -> Result<(), Unsure> {
-        let (mut pieces, mut left) = (Pieces::new(), Pieces::new());
+        let (mut pieces, mut lit) = (Pieces::new(), Pieces::new());
         for piece in emitter.pieces() {
             pieces.push(piece);
             Self::pay(shadows.len())?;
             for shadow in shadows {
                 for piece in pieces.drain(..) {
-                    self.subtract(piece, shadow, |is_same_way| is_same_way, &mut left)?;
+                    self.subtract(piece, shadow, |is_same_way| is_same_way, &mut lit)?;
                 }
-                std::mem::swap(&mut pieces, &mut left);
+                std::mem::swap(&mut pieces, &mut lit);
             }
             self.pieces.extend(pieces.drain(..));
         }
@@ -364,9 +364,9 @@ impl<'a> Visible<'a> {
                 Self::pay(others.len())?;
                 for &other in &others {
                     for piece in pieces.drain(..) {
-                        self.subtract(piece, &shadows[other], |is_same_way| !is_same_way || other < number, &mut left)?;
+                        self.subtract(piece, &shadows[other], |is_same_way| !is_same_way || other < number, &mut lit)?;
                     }
-                    std::mem::swap(&mut pieces, &mut left);
+                    std::mem::swap(&mut pieces, &mut lit);
                 }
                 self.pieces.extend(pieces.drain(..));
             }
@@ -389,36 +389,36 @@ impl<'a> Visible<'a> {
     fn crossing(&self, own: usize, other: usize, from_inside: bool) -> Ray {
         let [own, other] = [own, other].map(|side| &self.sides[side]);
         let across = own.normal().cross(other.normal());
-        let sighted = Sighted::at(if from_inside { -across } else { across });
-        let (most, least) = if own.error > other.error { (own.error, other.error) } else { (other.error, own.error) };
+        let sighted = Sighted::new(if from_inside { -across } else { across });
+        let (larger, least) = if own.error > other.error { (own.error, other.error) } else { (other.error, own.error) };
         let over_sine = |errors: f64| (errors + 2.2 * ROUNDOFF) * sighted.inverse * 1.001;
-        let spread = over_sine(most + least);
+        let spread = over_sine(larger + least);
         let cosine = own.normal().dot(other.normal()).abs();
-        let slip = over_sine(most + least * cosine);
+        let slip = over_sine(larger + least * cosine);
         Ray { sighted, spread: if spread <= MOST_SPREAD { spread } else { f64::NAN }, slip, vertex: None }
     }
 
-    /// What bounds the visible part; nothing where all is lit that is above the horizon.
-    fn of(receiver: &'a Receiver, emitter: &Polygon, occluders: &[&Polygon], plan: &'a Plan) -> Result<Option<Self>, Unsure> {
-        let (many, most) = (occluders.len() > 1, 4 * (occluders.len() + 2));
-        let (rays, sides) = (Vec::with_capacity(2 * most), Vec::with_capacity(most));
-        let mut found = Self { receiver, plan, rays, sides, pieces: Vec::new(), emitter: 0..0 };
-        let mut whole = found.cone(emitter.vertices().len(), many, |i| emitter.vertices()[i])?;
+    /// The boundary of the visible part; `None` where all above the horizon is lit.
+    fn new(receiver: &'a Receiver, emitter: &Polygon, occluders: &[&Polygon], plan: &'a Plan) -> Result<Option<Self>, Unsure> {
+        let (many, capacity) = (occluders.len() > 1, 4 * (occluders.len() + 2));
+        let (rays, sides) = (Vec::with_capacity(2 * capacity), Vec::with_capacity(capacity));
+        let mut visible = Self { receiver, plan, rays, sides, pieces: Vec::new(), emitter: 0..0 };
+        let mut whole = visible.cone(emitter.vertices().len(), many, |i| emitter.vertices()[i])?;
         if plan.horizon == Horizon::Crossing {
-            match found.above_horizon(whole, emitter)? {
+            match visible.above_horizon(whole, emitter)? {
                 Some(above) => whole = above,
-                None => return Ok(Some(found)),
+                None => return Ok(Some(visible)),
             }
         }
-        found.emitter = whole.sides.clone();
+        visible.emitter = whole.sides.clone();
         let slab = emitter.half_slab() * plan.power * 1.01;
         let mut shadows: SmallVec<[Cone; 4]> = SmallVec::new();
         for occluder in occluders {
             for part in convex_parts(occluder) {
-                let shadow = found.shadow(part.len(), many, |i| occluder.vertices()[part[i]])?;
-                if found.are_apart(&shadow, &whole) {
-                    found.rays.truncate(shadow.sides.start);
-                    found.sides.truncate(shadow.sides.start);
+                let shadow = visible.shadow(part.len(), many, |i| occluder.vertices()[part[i]])?;
+                if visible.are_apart(&shadow, &whole) {
+                    visible.rays.truncate(shadow.sides.start);
+                    visible.sides.truncate(shadow.sides.start);
                     continue;
                 }
                 let is_before = |&i: &usize| sure_side(occluder.vertices()[i], emitter, plan.power, slab) == Some(Side::Front);
@@ -431,9 +431,9 @@ impl<'a> Visible<'a> {
         if shadows.is_empty() {
             return Ok(None);
         }
-        found.pieces.reserve(most);
-        found.add_pieces(&whole, &shadows)?;
-        Ok(Some(found))
+        visible.pieces.reserve(capacity);
+        visible.add_pieces(&whole, &shadows)?;
+        Ok(Some(visible))
     }
 }
 
@@ -445,7 +445,7 @@ pub(crate) fn visit_boundary(
     plan: &Plan,
     mut visit: impl FnMut(&SureArc),
 ) -> Hidden {
-    let visible = match Visible::of(receiver, emitter, occluders, plan) {
+    let visible = match Visible::new(receiver, emitter, occluders, plan) {
         Ok(Some(visible)) => visible,
         Ok(None) => return Hidden::Nothing,
         Err(Unsure) => return Hidden::Unsure,
@@ -482,18 +482,18 @@ impl Visible<'_> {
 /// The arcs of the visible boundary, with every line taken for an occluder's; `None` where double precision is not sure, or nothing is
 /// hidden.
 pub(crate) fn arcs<T: Real>(receiver: &Receiver, emitter: &Polygon, occluders: &[&Polygon], plan: &Plan) -> Option<Vec<Arc<T>>> {
-    let Ok(Some(visible)) = Visible::of(receiver, emitter, occluders, plan) else { return None };
+    let Ok(Some(visible)) = Visible::new(receiver, emitter, occluders, plan) else { return None };
     let generators: Vec<OnceCell<Generator<T>>> = vec![OnceCell::new(); visible.sides.len()];
     let generator = |side: usize| *generators[side].get_or_init(|| visible.generator_in(side));
     let sighted = |own: usize, end: End| {
         let about = visible.rays[end.ray].sighted.point;
         let is_before = |sighted: &Sighted<T>| sighted.point.map(T::value).dot(about) > 0.0;
-        let seen = visible.vertex(own, end).map(|vertex| Sighted::from(vertex, receiver.position(), plan.power));
+        let vertex = visible.vertex(own, end).map(|vertex| Sighted::from(vertex, receiver.position(), plan.power));
         let crossing = || {
             let across = generator(own).normal().cross(generator(end.other).normal());
-            [across, -across].map(Sighted::at).into_iter().find(is_before)
+            [across, -across].map(Sighted::new).into_iter().find(is_before)
         };
-        seen.filter(is_before).or_else(crossing)
+        vertex.filter(is_before).or_else(crossing)
     };
     let arc = |&Piece { side, from, to }: &Piece| {
         let [from, to] = [sighted(side, from)?, sighted(side, to)?];

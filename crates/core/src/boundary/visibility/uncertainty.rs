@@ -73,9 +73,9 @@ impl<T: Real> Subtraction<'_, T> {
     {
         let height = self.height.to_double() * (1.0 - 8.0 * f64::EPSILON);
         for bounds in parts.filter_map(|part| doubt.bounds(part, &self.sides, height)) {
-            let [seen, moving] = bounds.map(RadiusOf::<T>::from);
-            self.uncertainty.irradiance = self.uncertainty.irradiance + seen * self.emission;
-            self.uncertainty.gradient = self.uncertainty.gradient + self.steepness * seen + moving * self.emission;
+            let [irradiance, moving] = bounds.map(RadiusOf::<T>::from);
+            self.uncertainty.irradiance = self.uncertainty.irradiance + irradiance * self.emission;
+            self.uncertainty.gradient = self.uncertainty.gradient + self.steepness * irradiance + moving * self.emission;
         }
     }
 }
@@ -100,12 +100,12 @@ fn exchange<T: Real>(own: &Generator<T>, cut: &Generator<T>, near: RadiusOf<T>) 
     (bound(own_weight - cut_weight * facing) + bound(own.toward - cut.toward) * bound(cut_weight)) * 1.01 + moved
 }
 
-/// The larger of two; what is not a number stays so.
+/// The larger of two; NaN if either is.
 fn larger<R: Radius>(a: R, b: R) -> R {
     if a >= b || a.partial_cmp(&a).is_none() { a } else { b }
 }
 
-/// Whether the sign is not known, as of what is no number. An exact zero is no doubt: a corner on the horizon.
+/// Whether the sign is not known, as of NaN. An exact zero is no doubt: a corner on the horizon.
 pub(super) fn is_doubtful<T: Real>(depth: T) -> bool {
     let is_sure = depth.size() > depth.error() || is_exactly_0(depth);
     !is_sure

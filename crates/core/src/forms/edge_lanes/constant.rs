@@ -5,7 +5,7 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x4, mask64x4};
 use radgrad_numbers::in_library;
-use radgrad_numbers::lanes::vectors::{all, plus_first};
+use radgrad_numbers::lanes::vectors::{plus_first, splat_vector};
 use radgrad_numbers::number::ROUNDOFF;
 use radgrad_numbers::vec3::Vec3;
 
@@ -19,7 +19,7 @@ use crate::problem::polygon::Polygon;
 use crate::problem::receiver::Receiver;
 
 /// The sums for a unit emission, and bounds on their errors where they were asked for.
-type Found = (IrradianceAndGradient<f64>, Option<BoundedSum>);
+type SumsAndBound = (IrradianceAndGradient<f64>, Option<BoundedSum>);
 
 /// The plan and the sums for a unit emission, where double precision is sure of all decisions.
 #[inline]
@@ -59,7 +59,7 @@ pub(crate) fn bounded_where_sure(receiver: &Receiver, polygon: &Polygon, narrow:
 }
 
 #[inline(always)]
-fn with_bound((terms, bound): Found) -> Option<(IrradianceAndGradient<f64>, BoundedSum)> {
+fn with_bound((terms, bound): SumsAndBound) -> Option<(IrradianceAndGradient<f64>, BoundedSum)> {
     Some((terms, bound?))
 }
 
@@ -71,12 +71,12 @@ fn sums<S: Simd, const VALUE: bool, const GRADIENT: bool, const BOUND: bool, A>(
     receiver: &Receiver,
     polygon: &Polygon,
     plan: &Plan,
-    answer: impl Fn(Found) -> Option<A>,
+    answer: impl Fn(SumsAndBound) -> Option<A>,
 ) -> Option<A> {
     if plan.horizon == Horizon::Above {
         if BOUND {
-            if let Some(found) = whole::<_, VALUE, GRADIENT, BOUND, false>(simd, receiver, polygon, plan.power) {
-                return answer(found);
+            if let Some(narrow) = whole::<_, VALUE, GRADIENT, BOUND, false>(simd, receiver, polygon, plan.power) {
+                return answer(narrow);
             }
         } else if let Some(terms) = without_power(
             plan,
@@ -96,7 +96,7 @@ fn cut_or_wide<S: Simd, const VALUE: bool, const GRADIENT: bool, const BOUND: bo
     receiver: &Receiver,
     polygon: &Polygon,
     plan: &Plan,
-) -> Option<Found> {
+) -> Option<SumsAndBound> {
     simd.vectorize(
         #[inline(always)]
         || match plan.horizon {
@@ -113,16 +113,16 @@ fn whole<S: Simd, const VALUE: bool, const GRADIENT: bool, const BOUND: bool, co
     receiver: &Receiver,
     polygon: &Polygon,
     power: f64,
-) -> Option<Found> {
-    let (x, n1) = (all(simd, receiver.position()), all(simd, receiver.normal()));
+) -> Option<SumsAndBound> {
+    let (x, n1) = (splat_vector(simd, receiver.position()), splat_vector(simd, receiver.normal()));
     let mut sums = LaneSums::default();
-    let mut rest = polygon.vertices().len();
-    let additions = (rest - 1) as f64 * ROUNDOFF;
+    let mut remaining = polygon.vertices().len();
+    let additions = (remaining - 1) as f64 * ROUNDOFF;
     let fours = polygon.four_edges();
     for four in fours {
         let four = EdgeLanes::new::<WIDE>(simd, four, x, f64x4::splat(simd, power), fours.len() == 1)?;
-        let count = rest.min(4);
-        rest -= count;
+        let count = remaining.min(4);
+        remaining -= count;
         sums.add::<_, VALUE, GRADIENT, BOUND, WIDE>(
             simd,
             (&four, n1),
@@ -140,9 +140,9 @@ fn cut<S: Simd, const VALUE: bool, const GRADIENT: bool, const BOUND: bool>(
     receiver: &Receiver,
     polygon: &Polygon,
     power: f64,
-) -> Option<Found> {
+) -> Option<SumsAndBound> {
     let [edges] = polygon.four_edges() else { return None };
-    let (n1, count) = (all(simd, receiver.normal()), polygon.vertices().len());
+    let (n1, count) = (splat_vector(simd, receiver.normal()), polygon.vertices().len());
     let part = Cut::new(simd, receiver, edges, count, power)?;
     let Cut { four, closing, .. } = &part;
     let nearest = four.arc.start.square.min(four.arc.end.square);
@@ -199,16 +199,16 @@ impl LaneSums {
         if !GRADIENT {
             return Some(());
         }
-        let found = Weight::new::<WIDE>(simd, four, n1)?;
-        self.edges = plus(self.edges, normal * -found.weight);
+        let weight = Weight::new::<WIDE>(simd, four, n1)?;
+        self.edges = plus(self.edges, normal * -weight.weight);
         if BOUND {
             if !four.line.moment.simd_ge(f64x4::splat(simd, LEAST_MOMENT)).all_true() {
                 return None;
             }
             let ew = four.relative_error() * ROUNDOFF;
             let of_angle = AngleError::new(g, g.min(f64x4::splat(simd, 1.0)), ew, moved);
-            let (mut size, mut error) = of_angle.of_weight(&found.weighed);
-            if let Some(wide) = found.wide {
+            let (mut size, mut error) = of_angle.of_weight(&weight.weighed);
+            if let Some(wide) = weight.wide {
                 let of_wide = of_angle.of_wide_weight(four.line.nearness());
                 (size, error) = (wide.select(of_wide.0, size), wide.select(of_wide.1, error));
             }
@@ -220,7 +220,7 @@ impl LaneSums {
     }
 
     #[inline(always)]
-    fn total<const BOUND: bool>(self) -> Found {
+    fn total<const BOUND: bool>(self) -> SumsAndBound {
         let Self { angles, edges, along, others } = self;
         let terms = IrradianceAndGradient { irradiance: angles * -0.5, gradient: edges };
         let bound = if BOUND { Some(BoundedSum::new(&terms, others.x, along.norm() + others.y + others.z)) } else { None };
@@ -282,9 +282,9 @@ mod tests {
             }
             let mut first = None;
             for level in instruction_sets() {
-                let found = on_instruction_set!(level, simd => plan(simd, &receiver, &polygon)
+                let planned = on_instruction_set!(level, simd => plan(simd, &receiver, &polygon)
                     .and_then(|plan| Some((plan, sums::<_, true, true, false, _>(simd, &receiver, &polygon, &plan, Some)?.0))));
-                let digits = found.map(|(plan, terms)| (plan.power, plan.horizon, terms.irradiance, terms.gradient));
+                let digits = planned.map(|(plan, terms)| (plan.power, plan.horizon, terms.irradiance, terms.gradient));
                 assert_eq!(*first.get_or_insert(digits), digits, "{level:?}");
             }
             let Some((power, horizon, irradiance, gradient)) = first.flatten() else { continue };

@@ -4,7 +4,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x4, mask64x4};
 use radgrad_numbers::arc_tangent::is_in_range;
 use radgrad_numbers::double_double::DoubleDouble;
-use radgrad_numbers::lanes::vectors::{all, chosen, plus_first};
+use radgrad_numbers::lanes::vectors::{chosen, plus_first, splat_vector};
 use radgrad_numbers::number::ROUNDOFF;
 use radgrad_numbers::vec3::Vec3;
 
@@ -41,7 +41,8 @@ impl<S: Simd> Cut<S> {
     /// vertices.
     #[inline(always)]
     pub(crate) fn new(simd: S, receiver: &Receiver, edges: &FourEdges, count: usize, power: f64) -> Option<Self> {
-        let mut four = EdgeLanes::new::<true>(simd, edges, all(simd, receiver.position()), f64x4::splat(simd, power), false)?;
+        let mut four =
+            EdgeLanes::new::<true>(simd, edges, splat_vector(simd, receiver.position()), f64x4::splat(simd, power), false)?;
         let before = heights(simd, receiver, edges.starts(simd), power);
         let after = heights(simd, receiver, edges.ends(simd), power);
         if !before.abs().min(after.abs()).simd_ge(f64x4::splat(simd, LOWEST)).all_true() {
@@ -59,8 +60,8 @@ impl<S: Simd> Cut<S> {
         let fraction = exits.select(before / change, entries.select(after / -change, one));
         let (Arc { start, end, .. }, along) = (&four.arc, four.line.e * fraction);
         let inside = entries.select(end.square, start.square).sqrt();
-        let start = Sighted::at(chosen(entries, end.point - along, start.point));
-        let end = Sighted::at(chosen(exits, four.arc.start.point + along, end.point));
+        let start = Sighted::new(chosen(entries, end.point - along, start.point));
+        let end = Sighted::new(chosen(exits, four.arc.start.point + along, end.point));
         four.arc = Arc::of_edge(start, end, fraction, four.line);
         let Arc { start, end, .. } = &four.arc;
         let reach = inside + along.norm_squared().sqrt() * f64x4::splat(simd, MOVED_ALONG);
@@ -71,7 +72,7 @@ impl<S: Simd> Cut<S> {
             return None;
         }
         let [exit, entry] = [exit, entry].map(|bit| (bit.trailing_zeros() & 3) as usize);
-        let closing = Arc::between(Sighted::at(lane(end.point, exit)), Sighted::at(lane(start.point, entry)), horizon);
+        let closing = Arc::between(Sighted::new(lane(end.point, exit)), Sighted::new(lane(start.point, entry)), horizon);
         let closing_moved = [moved[exit], moved[entry]];
         Some(Self { four, visible: starts | ends, closing, moved, closing_moved })
     }
@@ -94,7 +95,7 @@ fn lane<S: Simd>(v: Vec3<f64x4<S>>, i: usize) -> Vec3<f64> {
 /// As [`crate::boundary::plan::height_over_horizon`] where double-double does.
 #[inline(always)]
 fn heights<S: Simd>(simd: S, receiver: &Receiver, points: Vec3<f64x4<S>>, power: f64) -> f64x4<S> {
-    let (n, x) = (all(simd, receiver.direction()), all(simd, receiver.position()));
+    let (n, x) = (splat_vector(simd, receiver.direction()), splat_vector(simd, receiver.position()));
     let n = n.map(
         #[inline(always)]
         |c| DoubleDouble { hi: c, lo: f64x4::splat(simd, 0.0) },

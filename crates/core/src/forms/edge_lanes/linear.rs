@@ -5,7 +5,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x4, f64x8, mask64x4};
 use radgrad_numbers::arc_tangent::is_in_range;
 use radgrad_numbers::in_library;
-use radgrad_numbers::lanes::vectors::{all, chosen, number_plus_first, plus_first};
+use radgrad_numbers::lanes::vectors::{chosen, number_plus_first, plus_first, splat_vector};
 use radgrad_numbers::logarithm::of_normal;
 use radgrad_numbers::number::ROUNDOFF;
 use radgrad_numbers::vec3::Vec3;
@@ -127,7 +127,7 @@ pub(crate) fn bounded_where_sure(
     })
 }
 
-/// What the bounds of cut emitters are found to be about, over the emission; below it over the tolerance the attempt would be in vain.
+/// Measured size of the bounds of cut emitters over the emission: no bound meets a tolerance that allows less.
 const FAINT: f64 = 120.0 * ROUNDOFF;
 
 /// A guess at the light that the horizon leaves, over the emission: the cosine at the highest vertex, times the solid angle of a
@@ -170,17 +170,17 @@ fn sums<S: Simd, const GRADIENT: bool, const BOUND: bool, const WIDE: bool>(
     let polygon = emitter.polygon();
     let mut sum = LinearSum::new(SeenLinear::from(receiver, emitter, power, height_over_plane(simd, receiver, polygon, power)));
     let mut errors = if BOUND { Some(Errors::new(&sum, receiver, emitter, power, unit)?) } else { None };
-    let x = all(simd, receiver.position());
-    let mut rest = polygon.vertices().len();
+    let x = splat_vector(simd, receiver.position());
+    let mut remaining = polygon.vertices().len();
     let fours = polygon.four_edges();
     for four in fours {
         let four = EdgeLanes::new::<WIDE>(simd, four, x, f64x4::splat(simd, power), fours.len() == 1)?;
-        let count = rest.min(4);
+        let count = remaining.min(4);
         let added = sum.add_four::<S, GRADIENT>(simd, &four, None, count)?;
         if let Some(errors) = &mut errors {
             errors.add_four::<S, WIDE>(simd, &sum, (&four, &added), None, count)?;
         }
-        rest -= count;
+        remaining -= count;
     }
     let terms = sum.total();
     let mut bound = None;
@@ -195,11 +195,11 @@ impl<S: Simd> SeenLinear<f64x4<S>> {
     #[inline(always)]
     fn on_lanes(simd: S, SeenLinear { n1, n2, height, beta, gradient }: SeenLinear<f64>) -> Self {
         Self {
-            n1: all(simd, n1.into()),
-            n2: all(simd, n2.into()),
+            n1: splat_vector(simd, n1.into()),
+            n2: splat_vector(simd, n2.into()),
             height: f64x4::splat(simd, height),
             beta: f64x4::splat(simd, beta),
-            gradient: all(simd, gradient.into()),
+            gradient: splat_vector(simd, gradient.into()),
         }
     }
 }
@@ -285,7 +285,7 @@ impl HorizonSegment {
         let signed = frame.distance * contour.kappa;
         let (d, along) = (signed.abs(), [arc.start.point.dot(frame.along), arc.end.point.dot(frame.along)]);
         let distances = [d, frame.distance, frame.distance + d];
-        let ends = [0, 1].map(|i| X1End::at(along[i].abs(), distances, logarithms[i]));
+        let ends = [0, 1].map(|i| X1End::new(along[i].abs(), distances, logarithms[i]));
         let (term, quotient) = x1_between([ends[0].on_side_of(along[0]), ends[1].on_side_of(along[1])], signed);
         let (term, s) = (if signed == 0.0 { 0.0 } else { term }, along.map(f64::abs));
         Self { arc, frame, logarithms, contour, s, d, ends, term, quotient }
@@ -339,7 +339,7 @@ impl<S: Simd> X1<S> {
         if !is_in_range(s, d).all_true() {
             return None;
         }
-        let ends = X1End::at(s, [d, distance, distance + d], both(simd, logarithms));
+        let ends = X1End::new(s, [d, distance, distance + d], both(simd, logarithms));
         let [term, above, below] = ends.on_side_of(along);
         let (term, above, below) = (simd.split_f64x8(term), simd.split_f64x8(above), simd.split_f64x8(below));
         let (term, quotient) = x1_between([[term.0, above.0, below.0], [term.1, above.1, below.1]], signed);
@@ -362,7 +362,7 @@ mod tests {
     #[test]
     fn side_by_side_gives_the_digits_of_one_by_one_on_every_instruction_set() {
         let mut random = ChaCha8Rng::seed_from_u64(9);
-        let mut found = [0; 2];
+        let mut counts = [0; 2];
         for i in 0..4000 {
             let (count, spread) = (3 + i % 7, [5.0, 1.5][i / 7 % 2]);
             let Some((polygon, receiver, size)) = polygon_and_receiver(&mut random, count, spread) else { continue };
@@ -370,15 +370,15 @@ mod tests {
             let Some(plan) = Plan::new(&receiver, emitter.polygon()) else { continue };
             let mut first = None;
             for level in instruction_sets() {
-                let found = on_instruction_set!(level, simd => match plan.horizon {
-                    Horizon::Above => sums::<_, true, false, false>(simd, &receiver, &emitter, plan.power, ROUNDOFF).map(|found| found.0),
-                    Horizon::Crossing => cut(simd, &receiver, &emitter, plan.power, ROUNDOFF).map(|found| found.0),
+                let terms = on_instruction_set!(level, simd => match plan.horizon {
+                    Horizon::Above => sums::<_, true, false, false>(simd, &receiver, &emitter, plan.power, ROUNDOFF).map(|terms| terms.0),
+                    Horizon::Crossing => cut(simd, &receiver, &emitter, plan.power, ROUNDOFF).map(|terms| terms.0),
                 });
-                let digits = found.map(|terms| (terms.irradiance, terms.gradient));
+                let digits = terms.map(|terms| (terms.irradiance, terms.gradient));
                 assert_eq!(*first.get_or_insert(digits), digits, "{level:?}");
             }
             let Some((irradiance, gradient)) = first.flatten() else { continue };
-            found[usize::from(plan.horizon == Horizon::Crossing)] += 1;
+            counts[usize::from(plan.horizon == Horizon::Crossing)] += 1;
             let mut sum = LinearSum::<f64>::new(SeenLinear::new(&receiver, &emitter, plan.power));
             horizon::visit_boundary(&receiver, emitter.polygon(), &plan, |arc| sum.add::<true>(arc));
             let one_by_one = sum.total();
@@ -387,7 +387,7 @@ mod tests {
                 assert_eq!(terms.irradiance, irradiance);
             }
         }
-        println!("{found:?} found whole and cut");
-        assert!(found[0] > 700 && found[1] > 50, "{found:?}");
+        println!("{counts:?} found whole and cut");
+        assert!(counts[0] > 700 && counts[1] > 50, "{counts:?}");
     }
 }

@@ -51,13 +51,13 @@ impl<T: Real> Contour<T> {
         let twice_square = height * height * T::exact(2.0);
         let mut a = Bivariate::zero(degree);
         let mut c = Bivariate::zero(degree.saturating_sub(2));
-        *c.at_mut(0, 0) = self.x1;
+        *c.coefficient_mut(0, 0) = self.x1;
         for (i, j) in exponents(degree).skip(1) {
             let k = whole::<T>(i + j);
-            *a.at_mut(i, j) = (laplacian(&c, i, j) - self.outflow_of_gradient(i, j)) / (k + k);
+            *a.coefficient_mut(i, j) = (laplacian(&c, i, j) - self.outflow_of_gradient(i, j)) / (k + k);
             if i + j + 2 <= degree {
-                let outflow = self.flux[0].at(i + 1, j) + self.flux[1].at(i, j + 1);
-                *c.at_mut(i, j) = (outflow - twice_square * a.at(i, j)) / k;
+                let outflow = self.flux[0].coefficient(i + 1, j) + self.flux[1].coefficient(i, j + 1);
+                *c.coefficient_mut(i, j) = (outflow - twice_square * a.coefficient(i, j)) / k;
             }
         }
         Moments { over_fourth: a, facing: self.facing, height }
@@ -65,16 +65,16 @@ impl<T: Real> Contour<T> {
 
     /// `K<grad u^i v^j>`.
     fn outflow_of_gradient(&self, i: usize, j: usize) -> T {
-        let along_u = if i > 0 { self.flux[0].at(i - 1, j) * whole(i) } else { T::exact(0.0) };
-        let along_v = if j > 0 { self.flux[1].at(i, j - 1) * whole(j) } else { T::exact(0.0) };
+        let along_u = if i > 0 { self.flux[0].coefficient(i - 1, j) * whole(i) } else { T::exact(0.0) };
+        let along_v = if j > 0 { self.flux[1].coefficient(i, j - 1) * whole(j) } else { T::exact(0.0) };
         along_u + along_v
     }
 }
 
 /// `C<Laplacian u^i v^j>`.
 fn laplacian<T: Real>(c: &Bivariate<T>, i: usize, j: usize) -> T {
-    let along_u = if i > 1 { c.at(i - 2, j) * whole(i * (i - 1)) } else { T::exact(0.0) };
-    let along_v = if j > 1 { c.at(i, j - 2) * whole(j * (j - 1)) } else { T::exact(0.0) };
+    let along_u = if i > 1 { c.coefficient(i - 2, j) * whole(i * (i - 1)) } else { T::exact(0.0) };
+    let along_v = if j > 1 { c.coefficient(i, j - 2) * whole(j * (j - 1)) } else { T::exact(0.0) };
     along_u + along_v
 }
 
@@ -86,7 +86,7 @@ impl<T: Real> Moments<T> {
 
     /// `h^2 A<f>`.
     pub(in crate::forms) fn facing(&self, f: &Bivariate<T>) -> T {
-        f.at(0, 0) * self.facing + self.height * self.height * self.without_constant(f)
+        f.coefficient(0, 0) * self.facing + self.height * self.height * self.without_constant(f)
     }
 
     /// `A<f - f(0)>`.
@@ -159,7 +159,7 @@ mod tests {
     fn the_recursion_gives_the_moments_of_a_triangle() {
         let moments = contour(5).moments(HEIGHT);
         for (i, j) in exponents(6).skip(1) {
-            let error = moments.over_fourth.at(i, j) - by_quadrature(i, j);
+            let error = moments.over_fourth.coefficient(i, j) - by_quadrature(i, j);
             assert!(error.abs() < 1e-10, "u^{i} v^{j}: off by {error:e}");
         }
         assert!((moments.facing / (HEIGHT * HEIGHT) - by_quadrature(0, 0)).abs() < 1e-10);

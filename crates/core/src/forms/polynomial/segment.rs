@@ -28,7 +28,7 @@ impl<T: Real> Segment<T> {
     /// With `L_k` up to `k = degree`, which is at least 1.
     pub(in crate::forms) fn new(arc: &Arc<T>, frame: Frame<T>, degree: usize) -> Self {
         let distance = frame.distance;
-        let [start, end] = [&arc.start, &arc.end].map(|seen| seen.point.dot(frame.along));
+        let [start, end] = [&arc.start, &arc.end].map(|end| end.point.dot(frame.along));
         let length = (arc.end.point - arc.start.point).dot(frame.along);
         let square = distance * distance;
         let log_ratio = (arc.end.square / arc.start.square).ln() * T::exact(0.5);
@@ -79,7 +79,7 @@ pub(in crate::forms) fn on_line<T: Real>(mut powers: Vec<T>, foot: [T; 2], along
     for j in 0..=degree {
         let mut row = powers.clone();
         for i in 0..=degree - j {
-            *table.at_mut(i, j) = row[0];
+            *table.coefficient_mut(i, j) = row[0];
             times_coordinate(&mut row, foot[0], along[0]);
         }
         times_coordinate(&mut powers, foot[1], along[1]);
@@ -146,7 +146,7 @@ mod tests {
         // All weight at s = 2, the point (1, -1) + 2 (0.5, 3) = (2, 5).
         let table = on_line(vec![1.0, 2.0, 4.0, 8.0], [1.0, -1.0], [0.5, 3.0]);
         for (i, j, expected) in [(0, 0, 1.0), (1, 0, 2.0), (0, 1, 5.0), (2, 1, 20.0), (1, 2, 50.0), (0, 3, 125.0)] {
-            assert_eq!(table.at(i, j), expected);
+            assert_eq!(table.coefficient(i, j), expected);
         }
     }
 }

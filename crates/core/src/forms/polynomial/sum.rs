@@ -46,7 +46,7 @@ impl<T: Real> SeenPolynomial<T> {
         let (x, polygon) = (receiver.position(), emitter.polygon());
         let (coordinates, coefficients) = plane.precise::<T>(polygon);
         let mut emission = coordinates.around_foot(&coefficients, x, power, emitter.power());
-        let constant = emission.at_mut(0, 0);
+        let constant = emission.coefficient_mut(0, 0);
         *constant = constant.widened((2.0 * plane.change_over(polygon.planarity_defect()) * emitter.power()).into());
         Self {
             n1: unit_normal(receiver),
@@ -63,7 +63,7 @@ impl<T: Real> SeenPolynomial<T> {
         let SeenLinear { n1, n2, height, beta, gradient } = seen;
         let axes = plane::axes(polygon);
         let mut emission = Bivariate::zero(1);
-        (*emission.at_mut(0, 0), *emission.at_mut(1, 0), *emission.at_mut(0, 1)) =
+        (*emission.coefficient_mut(0, 0), *emission.coefficient_mut(1, 0), *emission.coefficient_mut(0, 1)) =
             (beta, gradient.dot(axes[0]), gradient.dot(axes[1]));
         Self { n1, n2, axes, height, emission }
     }
@@ -123,14 +123,14 @@ impl<T: Real> PolynomialSum<T> {
             let powers = fourth.iter().map(|p| p[first] * p1 + p[first + 1] * p2).collect();
             self.seen.emission.contract(&on_line(powers, foot, along), (0, 0), 0)
         };
-        let seen = match generating {
+        let weight = match generating {
             None => weighted(0),
             Some(line) => {
                 let (toward, along) = (line.toward.dot(frame.toward), line.toward.dot(frame.along));
                 (toward * weighted(0) + along * weighted(1)) * frame.distance / line.distance
             }
         };
-        self.edges = self.edges - frame.normal * seen;
+        self.edges = self.edges - frame.normal * weight;
     }
 
     /// The moments of the visible region.

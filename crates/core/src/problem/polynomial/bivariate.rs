@@ -26,11 +26,11 @@ impl<T: Copy> Bivariate<T> {
         self.degree
     }
 
-    pub(crate) fn at(&self, i: usize, j: usize) -> T {
+    pub(crate) fn coefficient(&self, i: usize, j: usize) -> T {
         self.entries[index(i, j)]
     }
 
-    pub(crate) fn at_mut(&mut self, i: usize, j: usize) -> &mut T {
+    pub(crate) fn coefficient_mut(&mut self, i: usize, j: usize) -> &mut T {
         &mut self.entries[index(i, j)]
     }
 
@@ -39,11 +39,11 @@ impl<T: Copy> Bivariate<T> {
     #[inline(always)]
     pub(crate) fn value_on<L: Copy + Add<Output = L> + Mul<Output = L>>(&self, [u, v]: [L; 2], like: impl Fn(T) -> L) -> L {
         let n = self.degree;
-        let mut value = like(self.at(0, n));
+        let mut value = like(self.coefficient(0, n));
         for j in (0..n).rev() {
-            let mut row = like(self.at(n - j, j));
+            let mut row = like(self.coefficient(n - j, j));
             for i in (0..n - j).rev() {
-                row = row * u + like(self.at(i, j));
+                row = row * u + like(self.coefficient(i, j));
             }
             value = value * v + row;
         }
@@ -87,7 +87,7 @@ impl<T: Real> Bivariate<T> {
         let mut product = Self::zero(self.degree + 1);
         for ((i, j), &c) in exponents(self.degree).zip(&self.entries) {
             for (factor, (i, j)) in [(constant, (i, j)), (along[0], (i + 1, j)), (along[1], (i, j + 1))] {
-                *product.at_mut(i, j) = product.at(i, j) + c * factor;
+                *product.coefficient_mut(i, j) = product.coefficient(i, j) + c * factor;
             }
         }
         product
@@ -118,10 +118,10 @@ impl<T: Real> Bivariate<T> {
         let mut slopes = [Self::zero(self.degree.saturating_sub(1)), Self::zero(self.degree.saturating_sub(1))];
         for ((i, j), &c) in exponents(self.degree).zip(&self.entries) {
             if i > 0 {
-                *slopes[0].at_mut(i - 1, j) = c * whole(i);
+                *slopes[0].coefficient_mut(i - 1, j) = c * whole(i);
             }
             if j > 0 {
-                *slopes[1].at_mut(i, j - 1) = c * whole(j);
+                *slopes[1].coefficient_mut(i, j - 1) = c * whole(j);
             }
         }
         slopes
@@ -135,7 +135,7 @@ impl<T: Real> Bivariate<T> {
     /// `sum self_ij table_(i + di, j + dj)` from degree `lowest` of this polynomial up.
     pub(crate) fn contract(&self, table: &Self, (di, dj): (usize, usize), lowest: usize) -> T {
         let terms = exponents(self.degree).zip(&self.entries).filter(|((i, j), _)| i + j >= lowest);
-        terms.fold(T::exact(0.0), |sum, ((i, j), &c)| sum + c * table.at(i + di, j + dj))
+        terms.fold(T::exact(0.0), |sum, ((i, j), &c)| sum + c * table.coefficient(i + di, j + dj))
     }
 }
 
@@ -152,7 +152,7 @@ mod tests {
     fn example() -> Bivariate<f64> {
         let mut p = Bivariate::zero(2);
         for ((i, j), c) in [((0, 0), 1.0), ((1, 0), 2.0), ((0, 1), -1.0), ((1, 1), 3.0), ((0, 2), 0.5)] {
-            *p.at_mut(i, j) = c;
+            *p.coefficient_mut(i, j) = c;
         }
         p
     }

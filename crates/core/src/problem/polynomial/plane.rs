@@ -50,14 +50,14 @@ impl<T: Real> Coordinates<T> {
         let power = normalising_power(polygon.size());
         let mut plane = Self { axes: axes(polygon), first: polygon.vertices()[0], middle: [0.0; 2], power };
         plane.middle = [0, 1].map(|axis| {
-            let along = polygon.vertices().iter().map(|v| plane.at(*v)[axis].value());
+            let along = polygon.vertices().iter().map(|v| plane.coordinates(*v)[axis].value());
             let (low, high) = along.fold((0.0, 0.0), |(low, high): (f64, f64), u| (low.min(u), high.max(u)));
             0.5 * (low + high)
         });
         plane
     }
 
-    fn at(&self, point: DVec3) -> [T; 2] {
+    fn coordinates(&self, point: DVec3) -> [T; 2] {
         let r = offset::<T>(point, self.first, self.power);
         [0, 1].map(|i| self.axes[i].dot(r) - T::exact(self.middle[i]))
     }
@@ -87,7 +87,7 @@ impl<T: Real> Coordinates<T> {
 impl Coordinates<Precise> {
     /// Bounds on |u| and |v| over the polygon.
     fn reach(&self, polygon: &Polygon) -> [f64; 2] {
-        let along = |axis: usize| polygon.vertices().iter().map(|v| magnitude(self.at(*v)[axis])).fold(0.0, f64::max);
+        let along = |axis: usize| polygon.vertices().iter().map(|v| magnitude(self.coordinates(*v)[axis])).fold(0.0, f64::max);
         [along(0), along(1)]
     }
 }
@@ -108,8 +108,8 @@ impl InPlane {
     }
 
     /// Coordinates of a point of the plane in the unit of the polynomial, to a rounding.
-    pub(crate) fn at(&self, point: DVec3) -> [f64; 2] {
-        self.coordinates.at(point).map(Real::value)
+    pub(crate) fn coordinates(&self, point: DVec3) -> [f64; 2] {
+        self.coordinates.coordinates(point).map(Real::value)
     }
 
     /// The coefficients in that unit for emission multiplied by `emission_power`, to a rounding.
@@ -178,18 +178,18 @@ fn restricted<T: Real>(polynomial: &Polynomial, coordinates: &Coordinates<T>) ->
 /// A sum of terms as a polynomial in the plane, by Horner's rule in each coordinate in turn: as many products as there are
 /// combinations of exponents, and not for each of them as many as its degree.
 fn nested<T: Real>(terms: &[&Monomial], affine: &[(T, [T; 2])], unit: f64) -> Bivariate<T> {
-    let Some(((constant, along), rest)) = affine.split_last() else {
+    let Some(((constant, along), outer)) = affine.split_last() else {
         let mut sum = Bivariate::zero(0);
-        *sum.at_mut(0, 0) = terms.iter().fold(T::exact(0.0), |sum, term| sum + T::exact(term.coefficient));
+        *sum.coefficient_mut(0, 0) = terms.iter().fold(T::exact(0.0), |sum, term| sum + T::exact(term.coefficient));
         return sum;
     };
-    let axis = rest.len();
+    let axis = outer.len();
     let mut sum: Option<Bivariate<T>> = None;
-    let most = terms.iter().map(|term| term.powers[axis]).max().unwrap_or(0);
-    for power in (0..=most).rev() {
+    let degree = terms.iter().map(|term| term.powers[axis]).max().unwrap_or(0);
+    for power in (0..=degree).rev() {
         let of_power: Vec<&Monomial> = terms.iter().copied().filter(|term| term.powers[axis] == power).collect();
         let raised = sum.map(|sum| sum.times_linear(*constant, *along).map(|_, _, c| c.scaled(unit)));
-        let added = (!of_power.is_empty()).then(|| nested(&of_power, rest, unit));
+        let added = (!of_power.is_empty()).then(|| nested(&of_power, outer, unit));
         sum = match (raised, added) {
             (Some(raised), Some(added)) if raised.degree() >= added.degree() => Some(raised.plus(&added)),
             (Some(raised), Some(added)) => Some(added.plus(&raised)),
@@ -243,9 +243,9 @@ mod tests {
         let coefficients = plane.rounded(1.0);
         for (a, b) in [(0.0, 0.0), (0.5, 0.25), (0.1, 0.8), (1.0, 0.0)] {
             let y = triangle[0] + (triangle[1] - triangle[0]) * a + (triangle[2] - triangle[0]) * b;
-            let here = coefficients.value(plane.at(y));
-            assert!((here - polynomial.at(y)).abs() < 1e-15, "{here}");
-            assert!(polynomial.at(y).abs() <= plane.largest);
+            let here = coefficients.value(plane.coordinates(y));
+            assert!((here - polynomial.value_at(y)).abs() < 1e-15, "{here}");
+            assert!(polynomial.value_at(y).abs() <= plane.largest);
             let in_plane = polynomial.gradient_at(y).reject_from_normalized(polygon.normal());
             assert!(in_plane.length() <= plane.steepest());
         }
