@@ -55,11 +55,7 @@ pub(crate) fn run(arguments: &Arguments, gates: &Gates) -> Result<bool, Box<dyn 
         verify::merged(&arguments.merge)?
     };
     if run.part != Part::WHOLE {
-<<<<<<< HEAD
-        println!("{}", summary::of(&table, &run, arguments.tables));
-=======
-        println!("{}", summary::print(&table, &run));
->>>>>>> bfbfa9ac01f6e975fe07764ae49debff9f7de06f
+        println!("{}", summary::print(&table, &run, arguments.tables));
         let path = out.join(format!("bounds-{}-of-{}.json", run.part.index + 1, run.part.of));
         files::write(&path, Shard { run, table }.to_json()?)?;
         println!("written to {}; the gates are held against the whole", path.display());
@@ -86,14 +82,9 @@ fn campaigned(run: Run) -> Shard {
 }
 
 /// Prints and writes the tables, and holds them against the requirements.
-<<<<<<< HEAD
 fn judged(run: &Run, table: &Table, gates: &Gates, arguments: &Arguments) -> Result<Held, Box<dyn Error>> {
     let out = &arguments.out;
-    println!("{}", summary::of(table, run, arguments.tables));
-=======
-fn judged(run: &Run, table: &Table, gates: &Gates, out: &Path) -> Result<Held, Box<dyn Error>> {
-    println!("{}", summary::print(table, run));
->>>>>>> bfbfa9ac01f6e975fe07764ae49debff9f7de06f
+    println!("{}", summary::print(table, run, arguments.tables));
     write_whole(&out.join("bounds.csv"), |file| table.write_bounds(file))?;
     write_whole(&out.join("bounds-times.csv"), |file| table.write_times(file))?;
     write_whole(&out.join("bounds-figures.csv"), |file| table.write_figures(file))?;

@@ -9,16 +9,10 @@ use radgrad_audit::run::Run;
 
 use crate::summary::{Ranked, fitted, right_aligned, with_header};
 
-<<<<<<< HEAD
 /// What was checked against what, then tightness, and with all rows also which rung answered.
-pub(crate) fn of(table: &Table, run: &Run, all_rows: bool) -> String {
+pub(crate) fn print(table: &Table, run: &Run, all_rows: bool) -> String {
     let rungs = if all_rows { format!("\n{}", fitted(rungs(table))) } else { String::new() };
     format!("{}\n{}{rungs}", checked(table, run), tightness(table).printed(all_rows))
-=======
-/// What was checked against what, then tightness, then who answered.
-pub(crate) fn print(table: &Table, run: &Run) -> String {
-    format!("{}\n{}\n{}", checked(table, run), fitted(tightness(table)), fitted(rungs(table)))
->>>>>>> bfbfa9ac01f6e975fe07764ae49debff9f7de06f
 }
 
 fn checked(table: &Table, run: &Run) -> String {
@@ -85,18 +79,11 @@ fn tightness(table: &Table) -> Ranked {
             figure(gradient),
             inverse(value),
             inverse(gradient),
-<<<<<<< HEAD
-            kept(table, Mark::MissesDefault, Mark::Nonzero),
-            kept(table, Mark::MissesTight, Mark::Nonzero),
-            kept(table, Mark::Blunt, Mark::Answer),
-        ];
-        ranked.add(largest.into_iter().fold(0.0, worse), cells.to_vec());
-=======
             unmarked_share(table, Mark::MissesDefault, Mark::Nonzero),
             unmarked_share(table, Mark::MissesTight, Mark::Nonzero),
             unmarked_share(table, Mark::Blunt, Mark::Answer),
-        ]);
->>>>>>> bfbfa9ac01f6e975fe07764ae49debff9f7de06f
+        ];
+        ranked.add(largest.into_iter().fold(0.0, worse), cells.to_vec());
     }
     ranked
 }
