@@ -24,8 +24,8 @@ mod mean;
 pub(crate) mod point;
 pub(crate) mod residual;
 mod rise;
-pub(crate) mod scene;
 mod seen;
+pub(crate) mod sources;
 pub(crate) mod unseen;
 
 use std::sync::OnceLock;
@@ -34,8 +34,8 @@ use crate::error::Error;
 use crate::estimate::ledger::Ledger;
 use crate::estimate::point::Points;
 use crate::estimate::residual::Residuals;
-use crate::estimate::scene::Scene;
 use crate::mesh::Mesh;
+use crate::system::System;
 
 /// Estimates for each channel.
 #[derive(Debug, Default)]
@@ -57,17 +57,17 @@ impl ErrorEstimate {
     ///
     /// # Errors
     /// If light does not settle.
-    pub(crate) fn solve(scene: Scene<'_>, residuals: [Residuals; 2]) -> Result<Self, Error> {
-        let receives = scene.receives();
-        let views = scene.seen_sources(&receives);
-        let importance = importance::solve(scene, &receives, &views)?;
-        let mean::Mean { mean, shares, weights } = mean::estimate(scene, &residuals, &views, &importance);
+    pub(crate) fn solve(system: &System, residuals: [Residuals; 2]) -> Result<Self, Error> {
+        let receives = system.receives();
+        let views = system.seen_sources(&receives);
+        let importance = importance::solve(system, &receives, &views)?;
+        let mean::Mean { mean, shares, weights } = mean::estimate(system, &residuals, &views, &importance);
         Ok(Self { mean, residuals, weights, shares, points: OnceLock::new() })
     }
 
     /// Estimates at points.
-    pub(crate) fn points(&self, scene: Scene<'_>) -> &Points {
-        self.points.get_or_init(|| Points::from_mean(scene, self))
+    pub(crate) fn points(&self, system: &System) -> &Points {
+        self.points.get_or_init(|| Points::from_mean(system, self))
     }
 
     /// How much a receiver adds to the estimate of the mean magnitude, for a residual of that mean.

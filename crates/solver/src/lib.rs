@@ -37,6 +37,7 @@ mod links;
 mod mesh;
 mod picture;
 mod solve;
+mod system;
 
 pub use error::Error;
 pub use estimate::ledger::Ledger;

@@ -37,7 +37,6 @@ mod tests;
 mod wedge;
 mod white;
 
-use std::sync::OnceLock;
 use std::time::Duration;
 
 use radgrad_core::DVec3;
@@ -56,10 +55,10 @@ use crate::mesh::clusters::FEWEST as MANY;
 use crate::mesh::element::Element;
 use crate::mesh::outline::Cut;
 use crate::mesh::surfaces::Surfaces;
-use crate::solve::kept::Kept;
 use crate::solve::options::{Marking, Next, Options, Progress};
 use crate::solve::served::Served;
-use crate::solve::solution::Solution;
+use crate::solve::solution::{Budget, Caches, Radiosity, Refinement, Solution};
+use crate::system::System;
 
 /// Degree of the basis if none is given: in general; where there are clusters, of faces that are small already; and where leaves are few and
 /// apart, so that light is smooth, but so large that it varies on them.
@@ -234,7 +233,7 @@ pub(crate) fn solve_on<N: Into<Next>>(
         let began = clock.elapsed();
         let refined = solution.round(&options, expected)?;
         // A round that finds nothing to divide or to link finds nothing the next time.
-        let sizes = Some((solution.mesh.elements().len(), solution.progress.links));
+        let sizes = Some((solution.system.mesh.elements().len(), solution.progress.links));
         let is_idle = std::mem::replace(&mut reached, sizes) == sizes;
         solution.check(scene)?;
         let took = clock.elapsed().saturating_sub(began + refined);
@@ -255,7 +254,7 @@ pub(crate) fn solve_on<N: Into<Next>>(
         if !goes_on {
             solution.end_service();
             // Who asks for a point has time for it.
-            (solution.precise, solution.late) = (clock, clock);
+            (solution.budget.precise, solution.budget.late) = (clock, clock);
             return Ok(solution);
         }
         before = took;
@@ -314,52 +313,56 @@ fn dark(ready: &Prepared, options: &Options, (mesh, served): (Mesh, Served), clo
     let may_be_even = may_be_even(&mesh, &lamps);
     surfaces.check(&channels)?;
     white::settle(scene, &mesh, &mut surfaces)?;
-    Ok(Solution {
-        rules: Rules::new(),
-        direct: Vec::new(),
+    let radiosity = Radiosity {
         field: Field::dark(&mesh, channels.len()),
         own: Vec::new(),
-        links: Vec::new(),
-        far: Vec::new(),
-        receivers,
-        served,
-        judged: Vec::new(),
-        error_estimate: ErrorEstimate::default(),
-        estimated: OnceLock::new(),
-        edges: Edges::find(&mesh),
-        details: OnceLock::new(),
-        importance: OnceLock::new(),
-        known_error: OnceLock::new(),
-        kept: Kept::default(),
+        direct: Vec::new(),
         unseen: Vec::new(),
-        direct_residual: f64::INFINITY,
-        extent: (high - low).max_element(),
-        absolute: precision(may_be_even),
-        past: [may_be_even && surfaces.may_be_even(&mesh), false].map(|is_even| largest(precision(is_even), FINEST_PAST)),
-        precise: clock.for_precision(options.time),
-        late: clock.for_all(options.time),
-        cells: cells_for(options.error),
-        clock: clock.for_estimate(options.time, mesh.clusters().root().is_some()),
-        asked: options.error,
-        allowed: LINK_PART * options.error,
         mean: vec![0.0; channels.len()],
         reflected: vec![0.0; channels.len()],
         emitted: emitted(scene, &mesh, &lamps, &surfaces),
-        placement: ready.placement,
-        warnings: ready.warnings.clone(),
-        lamps,
+    };
+    let budget = Budget {
+        asked: options.error,
+        allowed: LINK_PART * options.error,
+        absolute: precision(may_be_even),
+        past: [may_be_even && surfaces.may_be_even(&mesh), false].map(|is_even| largest(precision(is_even), FINEST_PAST)),
+        cells: cells_for(options.error),
+        precise: clock.for_precision(options.time),
+        late: clock.for_all(options.time),
+        clock: clock.for_estimate(options.time, mesh.clusters().root().is_some()),
+    };
+    let edges = Edges::find(&mesh);
+    let system = System {
+        rules: Rules::new(),
+        links: Vec::new(),
+        far: Vec::new(),
+        extent: (high - low).max_element(),
         mesh,
         surfaces,
+        lamps,
+        receivers,
         channels,
+    };
+    Ok(Solution {
+        system,
+        edges,
+        radiosity,
+        error_estimate: ErrorEstimate::default(),
+        refinement: Refinement { served, judged: Vec::new(), direct_residual: f64::INFINITY },
+        budget,
+        caches: Caches::default(),
         progress,
+        placement: ready.placement,
+        warnings: ready.warnings.clone(),
     })
 }
 
 impl Solution {
     /// Whether there are as many elements as there may be.
     pub(super) fn is_full(&self, options: &Options) -> bool {
-        let given = if self.mesh.clusters().root().is_some() { self.mesh.undivided() } else { 0 };
-        self.mesh.elements().len() >= options.most_elements.saturating_add(given)
+        let given = if self.system.mesh.clusters().root().is_some() { self.system.mesh.undivided() } else { 0 };
+        self.system.mesh.elements().len() >= options.most_elements.saturating_add(given)
     }
 
     /// One round: direct light, links, sweeps, finer links, estimates. Beside what ends with the time it is expected to take so long.
@@ -367,35 +370,38 @@ impl Solution {
     fn round(&mut self, options: &Options, expected: Duration) -> Result<Duration, Error> {
         // What a round cannot reach anyway is not paid for, if there may be another one.
         let is_last = self.is_full(options);
-        let [light, links] = self.clock.for_round(self.progress.round == 0, options.time, expected);
+        let [light, links] = self.budget.clock.for_round(self.progress.round == 0, options.time, expected);
         let [aim, of_direct] = if is_last { [options.error; 2] } else { self.aims(options.error) };
-        let are_apart = nearest_of_few(&self.mesh).is_some_and(|nearest| nearest >= APART);
-        self.allowed = aim * if are_apart { LINK_PART_OF_FEW } else { LINK_PART };
-        let began = self.clock.elapsed();
+        let are_apart = nearest_of_few(&self.system.mesh).is_some_and(|nearest| nearest >= APART);
+        self.budget.allowed = aim * if are_apart { LINK_PART_OF_FEW } else { LINK_PART };
+        let began = self.budget.clock.elapsed();
         self.light(of_direct, options, light)?;
-        let mut refined = self.clock.elapsed().saturating_sub(began);
-        self.link(self.allowed, links)?;
-        self.clock = self.clock.for_estimate(options.time, self.mesh.clusters().root().is_some());
-        if self.progress.round == 0 && self.mesh.clusters().root().is_some() {
+        let mut refined = self.budget.clock.elapsed().saturating_sub(began);
+        self.link(self.budget.allowed, links)?;
+        self.budget.clock = self.budget.clock.for_estimate(options.time, self.system.mesh.clusters().root().is_some());
+        if self.progress.round == 0 && self.system.mesh.clusters().root().is_some() {
             self.fill_evenly();
         } else {
             self.sweep(1e-2 * aim)?;
         }
         for _ in 0..8 {
-            let began = self.clock.elapsed();
-            let changed = self.refine(self.allowed, links)?;
-            refined += self.clock.elapsed().saturating_sub(began);
+            let began = self.budget.clock.elapsed();
+            let changed = self.refine(self.budget.allowed, links)?;
+            refined += self.budget.clock.elapsed().saturating_sub(began);
             self.sweep(1e-2 * aim)?;
             if !changed {
                 break;
             }
         }
-        self.sweep(if may_be_even(&self.mesh, &self.lamps) { SOLVED } else { ROUGHLY_SOLVED * aim })?;
-        self.error_estimate =
-            ErrorEstimate::solve(self.estimating(), [self.residuals_of_direct(), self.residuals_of_reflected()])?;
-        let links = self.receivers.iter().map(|&receiver| self.links[receiver].len() + self.far[receiver].len()).sum();
-        (self.details, self.estimated, self.importance) = (OnceLock::new(), OnceLock::new(), OnceLock::new());
-        (self.known_error, self.kept) = (OnceLock::new(), Kept::default());
+        self.sweep(if may_be_even(&self.system.mesh, &self.system.lamps) { SOLVED } else { ROUGHLY_SOLVED * aim })?;
+        self.error_estimate = ErrorEstimate::solve(&self.system, [self.residuals_of_direct(), self.residuals_of_reflected()])?;
+        let links = self
+            .system
+            .receivers
+            .iter()
+            .map(|&receiver| self.system.links[receiver].len() + self.system.far[receiver].len())
+            .sum();
+        self.caches = Caches::default();
         self.find_importance()?;
         let estimate = match (self.estimate_at_points(), options.marking) {
             (Some(at_points), _) => at_points,
@@ -406,7 +412,7 @@ impl Solution {
             (None, Marking::Gradient | Marking::Shadows) => self.magnitude(),
         };
         let (round, gathers) = (self.progress.round + 1, self.progress.gathers);
-        self.progress = Progress { round, elements: self.mesh.leaves().count(), links, gathers, estimate };
+        self.progress = Progress { round, elements: self.system.mesh.leaves().count(), links, gathers, estimate };
         Ok(refined)
     }
 
@@ -419,7 +425,7 @@ impl Solution {
         }
         let step = largest(STEP, smallest(error / self.progress.estimate, 1.0));
         let aim = largest(error, step * smallest(self.magnitude(), 1.0));
-        [aim, largest(error, smallest(aim, step * self.direct_residual))]
+        [aim, largest(error, smallest(aim, step * self.refinement.direct_residual))]
     }
 
     /// Estimate of the mean magnitude of the error of gathers, relative as errors are.

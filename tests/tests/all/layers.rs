@@ -59,7 +59,17 @@ const TOWERS: &[Tower] = &[
     },
     Tower {
         sources: "../crates/solver/src",
-        floors: &[&["error", "clock"], &["mesh"], &["links"], &["field"], &["estimate"], &["solve"], &["picture"], &["lib"]],
+        floors: &[
+            &["error", "clock"],
+            &["mesh"],
+            &["links"],
+            &["field"],
+            &["system"],
+            &["estimate"],
+            &["solve"],
+            &["picture"],
+            &["lib"],
+        ],
         upward: &[
             ("links/refine", "field", "a link is refined until what it neglects of the present field is allowed"),
             ("links/cluster/far", "field", "the light of distant clusters depends on what they radiate"),

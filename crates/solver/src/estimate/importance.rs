@@ -15,13 +15,13 @@ use rayon::prelude::*;
 use crate::error::Error;
 use crate::estimate::residual::{Residual, Residuals};
 use crate::estimate::rise::Risen;
-use crate::estimate::scene::Scene;
 use crate::estimate::seen::SeenSources;
 use crate::field::Field;
 use crate::field::acceleration::Acceleration;
 use crate::field::gathering::Equation;
 use crate::links::cluster::glow::Pair;
 use crate::links::link::Link;
+use crate::system::System;
 
 /// Sweeps after which there is no bound.
 const MOST_SWEEPS: usize = 2000;
@@ -57,10 +57,11 @@ impl Importance {
 }
 
 /// Where no bound is found on what `b_h` leaves out, as where faces reflect all light, that is left out here.
-pub(super) fn solve(scene: Scene<'_>, receives: &[bool], seen: &[SeenSources]) -> Result<Importance, Error> {
-    let Scene { mesh, surfaces, receivers, links, far, channels } = scene;
-    let (field, own) = solved(scene)?;
-    let gathered_on = |(index, &receiver): (usize, &usize)| gathers(scene, &field, &links[receiver], &seen[index]);
+pub(super) fn solve(system: &System, receives: &[bool], seen: &[SeenSources]) -> Result<Importance, Error> {
+    let System { mesh, surfaces, receivers, links, far, .. } = system;
+    let channels = system.channels.len();
+    let (field, own) = solved(system)?;
+    let gathered_on = |(index, &receiver): (usize, &usize)| gathers(system, &field, &links[receiver], &seen[index]);
     let gathered: Vec<Vec<f64>> = receivers.par_iter().enumerate().map(gathered_on).collect();
     let of_far = |(index, &receiver): (usize, &usize)| -> Vec<f64> {
         // What samples are off by is as often too much as too little.
@@ -72,26 +73,26 @@ pub(super) fn solve(scene: Scene<'_>, receives: &[bool], seen: &[SeenSources]) -
     };
     let from_clusters: Vec<Vec<f64>> = receivers.par_iter().enumerate().map(of_far).collect();
     let of_receiver = |(index, &receiver): (usize, &usize)| -> Vec<Residual> {
-        (0..channels).map(|channel| defect(scene, &field, receiver, channel, &seen[index], &own[receiver])).collect()
+        (0..channels).map(|channel| defect(system, &field, receiver, channel, &seen[index], &own[receiver])).collect()
     };
     let defects: Vec<Vec<Residual>> = receivers.par_iter().enumerate().map(of_receiver).collect();
     let defects = Residual::everywhere(mesh, receivers, defects, channels);
     let unknown = vec![f64::INFINITY; mesh.elements().len() * channels];
-    let on_clusters = scene.pairs_of(&[&defects]);
-    let of_defect = |(index, &receiver): (usize, &usize)| scene.gathered_of(receiver, &defects, &on_clusters, &seen[index]);
+    let on_clusters = system.pairs_of(&[&defects]);
+    let of_defect = |(index, &receiver): (usize, &usize)| system.gathered_of(receiver, &defects, &on_clusters, &seen[index]);
     let own: Vec<Vec<f64>> = receivers.par_iter().enumerate().map(of_defect).collect();
-    let more = Risen::solve(scene, receives, seen, &own, &unknown);
+    let more = Risen::solve(system, receives, seen, &own, &unknown);
     let largest_at_nodes = if surfaces.is_textured() || more.is_none() {
-        let on_clusters = scene.pairs(|element, channel| (scene.reflectance(element, channel), f64::INFINITY));
-        let reflected = |(index, &receiver): (usize, &usize)| scene.reflected(receiver, &on_clusters, &seen[index]);
+        let on_clusters = system.pairs(|element, channel| (system.reflectance(element, channel), f64::INFINITY));
+        let reflected = |(index, &receiver): (usize, &usize)| system.reflected(receiver, &on_clusters, &seen[index]);
         let own: Vec<Vec<f64>> = receivers.par_iter().enumerate().map(reflected).collect();
-        Risen::solve(scene, receives, seen, &own, &unknown)
+        Risen::solve(system, receives, seen, &own, &unknown)
     } else {
         None
     };
     let is_bounded = more.is_some() || largest_at_nodes.is_some();
     let largest = |of: &Option<Risen>| -> Vec<Vec<f64>> {
-        let largest_on = |receiver: usize, channel: usize| match (of, scene.reflectance(receiver, channel)) {
+        let largest_on = |receiver: usize, channel: usize| match (of, system.reflectance(receiver, channel)) {
             // A black receiver leaves nothing out but what rounding does.
             (_, 0.0) => 0.0,
             (None, _) => f64::INFINITY,
@@ -103,7 +104,7 @@ pub(super) fn solve(scene: Scene<'_>, receives: &[bool], seen: &[SeenSources]) -
             receivers.iter().map(|&receiver| (0..channels).map(|channel| largest_on(receiver, channel)).collect()).collect();
         for channel in 0..channels {
             let greatest = values.iter().map(|of| of[channel]).fold(0.0, larger);
-            let black = receivers.iter().zip(&mut values).filter(|(receiver, _)| scene.reflectance(**receiver, channel) == 0.0);
+            let black = receivers.iter().zip(&mut values).filter(|(receiver, _)| system.reflectance(**receiver, channel) == 0.0);
             black.for_each(|(_, of)| of[channel] = greatest);
         }
         values
@@ -118,15 +119,16 @@ pub(super) fn solve(scene: Scene<'_>, receives: &[bool], seen: &[SeenSources]) -
 }
 
 /// The polynomial solution and what receivers themselves hold of it.
-fn solved(scene: Scene<'_>) -> Result<(Field, Vec<Vec<f64>>), Error> {
-    let Scene { mesh, surfaces, receivers, links, far, channels } = scene;
+fn solved(system: &System) -> Result<(Field, Vec<Vec<f64>>), Error> {
+    let System { mesh, surfaces, receivers, links, far, .. } = system;
+    let channels = system.channels.len();
     let mut source: Vec<Vec<f64>> = vec![Vec::new(); mesh.elements().len()];
     let mut own = source.clone();
     for &receiver in receivers {
         let len = mesh.basis(receiver).len();
         let of_channel = |channel: usize| match surfaces.pattern(receiver, channel) {
             Some(pattern) => pattern.reflectance().to_vec(),
-            None => (0..len).map(|i| if i == 0 { scene.reflectance(receiver, channel) } else { 0.0 }).collect(),
+            None => (0..len).map(|i| if i == 0 { system.reflectance(receiver, channel) } else { 0.0 }).collect(),
         };
         source[receiver] = (0..channels).flat_map(of_channel).collect();
         own[receiver] = vec![0.0; len * channels];
@@ -147,8 +149,9 @@ fn solved(scene: Scene<'_>) -> Result<(Field, Vec<Vec<f64>>), Error> {
 }
 
 /// What the nodes of a receiver gather of `b_h` at most from each source, in each channel.
-fn gathers(scene: Scene<'_>, field: &Field, links: &[Link], seen: &SeenSources) -> Vec<f64> {
-    let Scene { mesh, channels, .. } = scene;
+fn gathers(system: &System, field: &Field, links: &[Link], seen: &SeenSources) -> Vec<f64> {
+    let System { mesh, .. } = system;
+    let channels = system.channels.len();
     let mut gathered = vec![0.0; seen.sources.len() * channels * seen.nodes];
     for (link, place) in links.iter().zip(&seen.places) {
         let len = mesh.basis(link.source).len();
@@ -165,9 +168,9 @@ fn gathers(scene: Scene<'_>, field: &Field, links: &[Link], seen: &SeenSources) 
 }
 
 /// The defect of `b_h` on a receiver.
-fn defect(scene: Scene<'_>, field: &Field, receiver: usize, channel: usize, seen: &SeenSources, own: &[f64]) -> Residual {
-    let Scene { mesh, surfaces, links, far, .. } = scene;
-    let (element, basis, rho) = (&mesh.elements()[receiver], mesh.basis(receiver), scene.reflectance(receiver, channel));
+fn defect(system: &System, field: &Field, receiver: usize, channel: usize, seen: &SeenSources, own: &[f64]) -> Residual {
+    let System { mesh, surfaces, links, far, .. } = system;
+    let (element, basis, rho) = (&mesh.elements()[receiver], mesh.basis(receiver), system.reflectance(receiver, channel));
     let far = &far[receiver];
     let mut at_nodes: Vec<f64> = (0..seen.nodes).map(|node| far.value(field, channel, node)).collect();
     let mut beside = vec![0.0; seen.nodes];
@@ -200,11 +203,11 @@ fn defect(scene: Scene<'_>, field: &Field, receiver: usize, channel: usize, seen
     defect
 }
 
-impl Scene<'_> {
+impl System {
     /// What the nodes of a receiver gather at most of something known on receivers and above, times the reflectance; channel after
     /// channel.
     fn gathered_of(&self, receiver: usize, of: &Residuals, on_clusters: &[Vec<Pair>], seen: &SeenSources) -> Vec<f64> {
-        let mut sums = vec![0.0; self.channels * seen.nodes];
+        let mut sums = vec![0.0; self.channels.len() * seen.nodes];
         for (place, &source) in seen.sources.iter().enumerate() {
             let degree = self.mesh.basis(source).degree();
             for node in 0..seen.nodes {
@@ -225,15 +228,15 @@ impl Scene<'_> {
     /// What the nodes of a receiver reflect of a unit of light everywhere.
     fn reflected(&self, receiver: usize, on_clusters: &[Vec<Pair>], seen: &SeenSources) -> Vec<f64> {
         let largest: Vec<f64> = (0..self.mesh.elements().len())
-            .flat_map(|element| (0..self.channels).map(move |channel| self.reflectance(element, channel)))
+            .flat_map(|element| (0..self.channels.len()).map(move |channel| self.reflectance(element, channel)))
             .collect();
         let unknown = vec![f64::INFINITY; largest.len()];
         let of = |channel: usize| {
             let rho = self.reflectance(receiver, channel);
-            let mut sums = seen.gathered((channel, self.channels), &largest, &unknown);
+            let mut sums = seen.gathered((channel, self.channels.len()), &largest, &unknown);
             self.far[receiver].add_gathered(&on_clusters[channel], &mut sums);
             sums.into_iter().map(move |sum| rho * sum)
         };
-        (0..self.channels).flat_map(of).collect()
+        (0..self.channels.len()).flat_map(of).collect()
     }
 }

@@ -28,10 +28,10 @@ use rayon::prelude::*;
 use crate::estimate::importance::Importance;
 use crate::estimate::ledger::Ledger;
 use crate::estimate::residual::{Found, Residual, Residuals};
-use crate::estimate::scene::Scene;
 use crate::estimate::seen::SeenSources;
 use crate::links::cluster::glow::Pair;
 use crate::mesh::texture::Pattern;
+use crate::system::System;
 
 /// Receivers below a source beyond which it is not asked whether all of them have a receiver in their sets.
 const MOST_BELOW: usize = 64;
@@ -60,18 +60,19 @@ struct Gathers {
     parts: Vec<f64>,
 }
 
-pub(super) fn estimate(scene: Scene<'_>, residuals: &[Residuals; 2], seen: &[SeenSources], importance: &Importance) -> Mean {
-    let Scene { mesh, surfaces, receivers, channels, .. } = scene;
+pub(super) fn estimate(system: &System, residuals: &[Residuals; 2], seen: &[SeenSources], importance: &Importance) -> Mean {
+    let System { mesh, surfaces, receivers, .. } = system;
+    let channels = system.channels.len();
     let area: f64 = receivers.iter().map(|&receiver| mesh.elements()[receiver].area()).sum();
     let whole = |index: usize| -> Vec<f64> {
         (0..channels).map(|channel| importance.largest_on(index, channel, &seen[index], |_| true)).collect()
     };
     let whole: Vec<Vec<f64>> = (0..receivers.len()).into_par_iter().map(whole).collect();
-    let details = scene.pairs(|element, channel| {
+    let details = system.pairs(|element, channel| {
         let sum = |of: fn(&Residual) -> f64| residuals.iter().map(|all| of(&all[element][channel])).sum();
         (sum(Residual::largest_detail), sum(Residual::mean_detail))
     });
-    let of_receiver = |(index, &receiver): (usize, &usize)| scene.gathers(receiver, residuals, &details, &seen[index]);
+    let of_receiver = |(index, &receiver): (usize, &usize)| system.gathers(receiver, residuals, &details, &seen[index]);
     let gathers: Vec<Gathers> = receivers.par_iter().enumerate().map(of_receiver).collect();
     let mut places = vec![usize::MAX; mesh.elements().len()];
     receivers.iter().enumerate().for_each(|(index, &receiver)| places[receiver] = index);
@@ -80,7 +81,7 @@ pub(super) fn estimate(scene: Scene<'_>, residuals: &[Residuals; 2], seen: &[See
         let above: Vec<usize> = mesh.above(receivers[index]).collect();
         let counts = |source: usize| {
             let mut remaining = MOST_BELOW;
-            !scene.all_below(&places, source, &mut remaining, &|other| gathers[other].have(&above))
+            !system.all_below(&places, source, &mut remaining, &|other| gathers[other].have(&above))
         };
         let counts: Vec<bool> = seen[index].sources.iter().map(|&source| counts(source)).collect();
         (0..channels).map(|channel| importance.largest_on(index, channel, &seen[index], |place| counts[place])).collect()
@@ -98,7 +99,7 @@ pub(super) fn estimate(scene: Scene<'_>, residuals: &[Residuals; 2], seen: &[See
             let part = element.area() / area;
             let (z, left) = (whole[index][channel], of_element(receiver));
             plain += left * (z * part);
-            let rho = scene.reflectance(receiver, channel);
+            let rho = system.reflectance(receiver, channel);
             let sends = surfaces.pattern(receiver, channel).map_or(rho, Pattern::mean_reflectance) * (1.0 + z);
             let [cancels, details] = [0, 1].map(|kind| part * sends * gathers[index].most[2 * channel + kind]);
             detail += details;
@@ -142,7 +143,7 @@ impl Gathers {
     }
 }
 
-impl Scene<'_> {
+impl System {
     /// Whether all receivers below an element, of not more than are left, pass.
     fn all_below(&self, places: &[usize], element: usize, left: &mut usize, pass: &impl Fn(usize) -> bool) -> bool {
         if let Some(&place) = places.get(element).filter(|&&place| place != usize::MAX) {
@@ -164,7 +165,7 @@ impl Scene<'_> {
         details: &[Vec<Pair>],
         seen: &SeenSources,
     ) -> Gathers {
-        let (mesh, channels, nodes) = (self.mesh, self.channels, seen.nodes);
+        let (mesh, channels, nodes) = (&self.mesh, self.channels.len(), seen.nodes);
         let count = seen.sources.len();
         let mut signed = vec![0.0; count * channels * nodes];
         let mut detail = vec![0.0; channels * nodes];

@@ -12,7 +12,6 @@ use crate::estimate::ErrorEstimate;
 use crate::estimate::ledger::Ledger;
 use crate::estimate::residual::{Found, Residuals};
 use crate::estimate::rise::{self, Risen};
-use crate::estimate::scene::Scene;
 use crate::estimate::seen::{SeenSources, smaller_if_known};
 use crate::links::cluster::far::Far;
 use crate::links::cluster::glow::Pair;
@@ -20,6 +19,7 @@ use crate::links::cluster::view::View;
 use crate::links::station::Station;
 use crate::links::transfer::Row;
 use crate::mesh::Mesh;
+use crate::system::System;
 
 /// Sweeps in which means over receivers come down.
 const MEAN_SWEEPS: usize = 8;
@@ -43,17 +43,18 @@ pub(crate) struct Points {
 
 impl Points {
     /// From the estimate of the mean magnitude.
-    pub(super) fn from_mean(scene: Scene<'_>, estimate: &ErrorEstimate) -> Self {
-        let Scene { mesh, receivers, links, far, channels, .. } = scene;
-        let receives = scene.receives();
-        let views = scene.seen_sources(&receives);
+    pub(super) fn from_mean(system: &System, estimate: &ErrorEstimate) -> Self {
+        let System { mesh, receivers, links, far, .. } = system;
+        let channels = system.channels.len();
+        let receives = system.receives();
+        let views = system.seen_sources(&receives);
         let [direct, reflected] = &estimate.residuals;
-        let left_on_clusters = scene.pairs_of(&[direct, reflected]);
+        let left_on_clusters = system.pairs_of(&[direct, reflected]);
         let own = |(index, &receiver): (usize, &usize)| -> Vec<f64> {
             let of_node = |channel: usize, node: usize| {
                 let rows = links[receiver].iter().map(|link| (link.source, &link.rows[node]));
                 let near = estimate.gathered(mesh, channel, rows, (&views[index], node)).total();
-                (near + far[receiver].gathered(node, &left_on_clusters[channel])) * scene.reflectance(receiver, channel)
+                (near + far[receiver].gathered(node, &left_on_clusters[channel])) * system.reflectance(receiver, channel)
             };
             let nodes = views[index].nodes;
             (0..channels).flat_map(|channel| (0..nodes).map(move |node| (channel, node))).map(|(c, n)| of_node(c, n)).collect()
@@ -62,13 +63,13 @@ impl Points {
         // Each time from one that holds: at first a point may gather the largest error from everywhere.
         let mut means = vec![0.0; mesh.elements().len() * channels];
         receivers.iter().for_each(|&receiver| means[receiver * channels..(receiver + 1) * channels].fill(f64::INFINITY));
-        scene.pull(&receives, &mut means, |of| 0.25 * of.iter().sum::<f64>());
-        let mut risen = Risen::solve(scene, &receives, &views, &own, &means);
+        system.pull(&receives, &mut means, |of| 0.25 * of.iter().sum::<f64>());
+        let mut risen = Risen::solve(system, &receives, &views, &own, &means);
         if let Some(first) = &risen {
-            scene.spread(&receives, &views, estimate, first, &mut means);
-            risen = Risen::solve(scene, &receives, &views, &own, &means);
+            system.spread(&receives, &views, estimate, first, &mut means);
+            risen = Risen::solve(system, &receives, &views, &own, &means);
         }
-        let errors = |risen: &Risen| rise::pairs(scene, &risen.largest, &means);
+        let errors = |risen: &Risen| rise::pairs(system, &risen.largest, &means);
         let error_of_clusters = risen.as_ref().map_or_else(Vec::new, errors);
         Self { receives, means, risen, left_on_clusters, error_of_clusters, channels }
     }
@@ -84,14 +85,14 @@ impl Points {
     /// `rho` is the reflectance there.
     pub(crate) fn estimate(
         &self,
-        scene: Scene<'_>,
+        system: &System,
         estimate: &ErrorEstimate,
         station: &Station,
         (rows, far): (&[(usize, Row)], &Far),
         rho: &[f64],
     ) -> Vec<Ledger> {
         let links = rows.iter().map(|(source, row)| (*source, std::slice::from_ref(row)));
-        let view = SeenSources::gather(scene.mesh, scene.surfaces, &[*station], &self.receives, links);
+        let view = SeenSources::gather(&system.mesh, &system.surfaces, &[*station], &self.receives, links);
         let of_channel = |(channel, rho): (usize, &f64)| {
             let rows = rows.iter().map(|(source, row)| (*source, row));
             let propagated = match &self.risen {
@@ -104,7 +105,7 @@ impl Points {
             let propagated = estimate.shares[channel].map(|share| if share > 0.0 { share * propagated } else { 0.0 });
             let discretisation = far.gathered(0, &self.left_on_clusters[channel]);
             let of_clusters = Ledger { discretisation, ..Ledger::default() };
-            (estimate.gathered(scene.mesh, channel, rows, (&view, 0)) + of_clusters + propagated) * *rho
+            (estimate.gathered(&system.mesh, channel, rows, (&view, 0)) + of_clusters + propagated) * *rho
         };
         rho.iter().enumerate().map(of_channel).collect()
     }
@@ -132,11 +133,11 @@ impl ErrorEstimate {
     }
 }
 
-impl Scene<'_> {
+impl System {
     /// Mean errors of receivers, `A_i e_i <= rho_i sum_j max F_ij A_j (|r|_j + e_j)`, from those that hold already and from the
     /// mean over all: `sum_j A_j e_j` is known.
     fn spread(&self, receives: &[bool], seen: &[SeenSources], estimate: &ErrorEstimate, risen: &Risen, means: &mut [f64]) {
-        let (mesh, receivers, far, channels) = (self.mesh, self.receivers, self.far, self.channels);
+        let (mesh, receivers, far, channels) = (&self.mesh, &self.receivers, &self.far, self.channels.len());
         let area: f64 = receivers.iter().map(|&receiver| mesh.elements()[receiver].area()).sum();
         // Which receivers get how much at most of what leaves each.
         let reached = |seen: &SeenSources| {

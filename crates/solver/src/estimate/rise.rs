@@ -8,9 +8,9 @@
 use radgrad_scene::{largest as larger, smallest as smaller};
 use rayon::prelude::*;
 
-use crate::estimate::scene::Scene;
 use crate::estimate::seen::SeenSources;
 use crate::links::cluster::glow::Pair;
+use crate::system::System;
 
 /// Sweeps after which there is no bound: far more than any reflectance below 0.99 needs.
 const MOST_SWEEPS: usize = 2000;
@@ -38,16 +38,17 @@ pub(super) struct Risen {
 impl Risen {
     /// From what the nodes of each receiver have of their own, channel after channel, and means that hold already.
     pub(super) fn solve(
-        scene: Scene<'_>,
+        system: &System,
         receives: &[bool],
         seen: &[SeenSources],
         own: &[Vec<f64>],
         means: &[f64],
     ) -> Option<Self> {
-        let Scene { mesh, receivers, far, channels, .. } = scene;
-        let on_clusters = |largest: &[f64]| pairs(scene, largest, means);
+        let System { mesh, receivers, far, .. } = system;
+        let channels = system.channels.len();
+        let on_clusters = |largest: &[f64]| pairs(system, largest, means);
         let at_nodes = |largest: &[f64], on_clusters: &[Vec<Pair>], index: usize, channel: usize| -> Vec<f64> {
-            let (rho, nodes) = (scene.reflectance(receivers[index], channel), seen[index].nodes);
+            let (rho, nodes) = (system.reflectance(receivers[index], channel), seen[index].nodes);
             let mut at_nodes = seen[index].gathered((channel, channels), largest, means);
             far[receivers[index]].add_gathered(&on_clusters[channel], &mut at_nodes);
             let own = &own[index][channel * nodes..(channel + 1) * nodes];
@@ -86,7 +87,7 @@ impl Risen {
                 let held = &mut largest[receiver * channels..(receiver + 1) * channels];
                 held.iter_mut().zip(next).for_each(|(held, next)| *held = next * margin);
             }
-            scene.pull(receives, &mut largest, largest_of_four);
+            system.pull(receives, &mut largest, largest_of_four);
             if rising {
                 continue;
             }
@@ -115,7 +116,7 @@ impl Risen {
 }
 
 /// For each channel, what has at most these values and means, on clusters.
-pub(super) fn pairs(scene: Scene<'_>, largest: &[f64], means: &[f64]) -> Vec<Vec<Pair>> {
-    let entry = |element: usize, channel: usize| element * scene.channels + channel;
-    scene.pairs(|element, channel| (largest[entry(element, channel)], means[entry(element, channel)]))
+pub(super) fn pairs(system: &System, largest: &[f64], means: &[f64]) -> Vec<Vec<Pair>> {
+    let entry = |element: usize, channel: usize| element * system.channels.len() + channel;
+    system.pairs(|element, channel| (largest[entry(element, channel)], means[entry(element, channel)]))
 }

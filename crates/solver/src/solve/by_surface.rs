@@ -35,15 +35,15 @@ impl Solution {
     /// ```
     #[must_use]
     pub fn by_surface(&self, scene: &Scene) -> Vec<SurfaceRadiosity> {
-        let channels = self.channels.len();
+        let channels = self.system.channels.len();
         let dark = |surface: &Surface| {
             let area = surface.faces().iter().map(|&face| scene.faces()[face].polygon().area()).sum();
             SurfaceRadiosity { area, mean: Vec::new(), reflected: Vec::new(), least: Vec::new(), largest: Vec::new() }
         };
         let mut radiosities: Vec<SurfaceRadiosity> = scene.surfaces().iter().map(dark).collect();
         let mut areas = vec![0.0; radiosities.len()];
-        for leaf in self.mesh.leaves() {
-            let (element, basis) = (&self.mesh.elements()[leaf], self.mesh.basis(leaf));
+        for leaf in self.system.mesh.leaves() {
+            let (element, basis) = (&self.system.mesh.elements()[leaf], self.system.mesh.basis(leaf));
             let surface = scene.faces()[element.face()].surface();
             areas[surface] += element.area();
             let radiosity = &mut radiosities[surface];
@@ -69,7 +69,7 @@ impl Solution {
         // What was found of the error of the mean is part of it, and all reflected light has a share in that.
         let share = |channel: usize| {
             let total: f64 = radiosities.iter().filter_map(|radiosity| radiosity.reflected.get(channel)).sum();
-            if total > 0.0 { self.reflected[channel] * self.mesh.area() / total } else { 1.0 }
+            if total > 0.0 { self.radiosity.reflected[channel] * self.system.mesh.area() / total } else { 1.0 }
         };
         let shares: Vec<f64> = (0..channels).map(share).collect();
         for (radiosity, area) in radiosities.iter_mut().zip(areas) {

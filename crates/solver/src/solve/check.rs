@@ -15,17 +15,17 @@ impl Solution {
     /// Refuses faces that overlap, by form factors that sum to more than 1 whatever their errors are, and numbers that are not
     /// finite. The sum leaves out clusters, so it may miss an overlap but never claims one.
     pub(super) fn check(&self, scene: &Scene) -> Result<(), Error> {
-        if let Some(error) = self.receivers.par_iter().find_map_first(|&receiver| self.covered(scene, receiver)) {
+        if let Some(error) = self.system.receivers.par_iter().find_map_first(|&receiver| self.covered(scene, receiver)) {
             return Err(error);
         }
         let estimates = self.error_estimate.mean.iter().map(Ledger::total).collect();
-        self.refuse([("mean radiosity", self.mean.clone()), ("estimate of the error", estimates)])
+        self.refuse([("mean radiosity", self.radiosity.mean.clone()), ("estimate of the error", estimates)])
     }
 
     fn refuse<const N: usize>(&self, figures: [(&str, Vec<f64>); N]) -> Result<(), Error> {
         for (quantity, values) in figures {
             if let Some(channel) = values.iter().position(|value| !value.is_finite()) {
-                let (channel, value) = (self.channels[channel].clone(), values[channel]);
+                let (channel, value) = (self.system.channels[channel].clone(), values[channel]);
                 return Err(Error::NotFinite { quantity: quantity.to_owned(), channel, value });
             }
         }
@@ -33,13 +33,13 @@ impl Solution {
     }
 
     fn covered(&self, scene: &Scene, receiver: usize) -> Option<Error> {
-        let links = &self.links[receiver];
-        let mut sums = vec![0.0; self.mesh.basis(receiver).nodes().len()];
+        let links = &self.system.links[receiver];
+        let mut sums = vec![0.0; self.system.mesh.basis(receiver).nodes().len()];
         links.iter().for_each(|link| cover(&mut sums, &link.rows, 1.0));
         let node = (0..sums.len()).find(|&node| sums[node] > 1.0 + MARGIN)?;
         let mut by_face: Vec<(f64, usize)> = Vec::new();
         for link in links {
-            let (face, factor) = (self.mesh.elements()[link.source].face(), link.rows[node].factor());
+            let (face, factor) = (self.system.mesh.elements()[link.source].face(), link.rows[node].factor());
             match by_face.iter_mut().find(|(_, counted)| *counted == face) {
                 Some((sum, _)) => *sum += factor,
                 None => by_face.push((factor, face)),
@@ -47,7 +47,7 @@ impl Solution {
         }
         by_face.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
         let faces = by_face.iter().take(NAMED).map(|&(_, face)| scene.name_of(face)).collect();
-        Some(Error::Covered { face: scene.name_of(self.mesh.elements()[receiver].face()), sum: sums[node], faces })
+        Some(Error::Covered { face: scene.name_of(self.system.mesh.elements()[receiver].face()), sum: sums[node], faces })
     }
 }
 

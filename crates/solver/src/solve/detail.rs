@@ -60,20 +60,20 @@ impl Detail {
 impl Solution {
     /// Details of elements, by channel.
     pub(crate) fn details(&self) -> &[Vec<Detail>] {
-        self.details.get_or_init(|| {
+        self.caches.details.get_or_init(|| {
             let of_receiver = |&receiver: &usize| (receiver, self.of_reflected(receiver));
-            let receivers: Vec<(usize, Vec<Detail>)> = self.receivers.par_iter().map(of_receiver).collect();
-            let mut reflected = vec![Vec::new(); self.mesh.elements().len()];
+            let receivers: Vec<(usize, Vec<Detail>)> = self.system.receivers.par_iter().map(of_receiver).collect();
+            let mut reflected = vec![Vec::new(); self.system.mesh.elements().len()];
             receivers.into_iter().for_each(|(receiver, details)| reflected[receiver] = details);
             for element in 0..reflected.len() {
-                let Some(above) = self.mesh.basis(element).above() else { continue };
-                if let Some(parent) = self.mesh.elements()[element].parent().filter(|_| reflected[element].is_empty()) {
-                    let child = self.mesh.child(element);
+                let Some(above) = self.system.mesh.basis(element).above() else { continue };
+                if let Some(parent) = self.system.mesh.elements()[element].parent().filter(|_| reflected[element].is_empty()) {
+                    let child = self.system.mesh.child(element);
                     let restricted = |of: &Detail| Detail { coefficients: above.restrict(child, &of.coefficients), ..*of };
                     reflected[element] = reflected[parent].iter().map(restricted).collect();
                 }
             }
-            let of_leaf = |leaf: usize| match self.mesh.elements()[leaf].is_leaf() {
+            let of_leaf = |leaf: usize| match self.system.mesh.elements()[leaf].is_leaf() {
                 true => {
                     let both = |(channel, reflected): (usize, &Detail)| self.of_direct(leaf, channel).with(reflected);
                     reflected[leaf].iter().enumerate().map(both).collect()
@@ -82,10 +82,10 @@ impl Solution {
             };
             let mut details: Vec<Vec<Detail>> = (0..reflected.len()).into_par_iter().map(of_leaf).collect();
             for element in (0..details.len()).rev() {
-                let Some(first) = self.mesh.elements()[element].children() else { continue };
-                let Some(above) = self.mesh.basis(element).above() else { continue };
+                let Some(first) = self.system.mesh.elements()[element].children() else { continue };
+                let Some(above) = self.system.mesh.basis(element).above() else { continue };
                 let merged = |channel: usize| Detail::over(above, [0, 1, 2, 3].map(|child| &details[first + child][channel]));
-                let over = (0..self.channels.len()).map(merged).collect();
+                let over = (0..self.system.channels.len()).map(merged).collect();
                 details[element] = over;
             }
             details
@@ -93,18 +93,25 @@ impl Solution {
     }
 
     fn of_direct(&self, leaf: usize, channel: usize) -> Detail {
-        if self.direct.is_empty() {
-            let len = self.mesh.basis(leaf).above().map_or(0, Basis::len);
+        if self.radiosity.direct.is_empty() {
+            let len = self.system.mesh.basis(leaf).above().map_or(0, Basis::len);
             return Detail { coefficients: vec![0.0; len], ..Detail::default() };
         }
         self.detail_of(leaf, &self.direct_samples(leaf, channel))
     }
 
     fn of_reflected(&self, receiver: usize) -> Vec<Detail> {
-        let nodes = self.mesh.basis(receiver).nodes().len();
-        let rho = &self.surfaces.reflectance[self.mesh.elements()[receiver].face()];
+        let nodes = self.system.mesh.basis(receiver).nodes().len();
+        let rho = &self.system.surfaces.reflectance[self.system.mesh.elements()[receiver].face()];
         let of_channel = |(channel, rho): (usize, &f64)| {
-            let received = irradiance(&self.mesh, &self.field, &self.links[receiver], &self.far[receiver], channel, nodes);
+            let received = irradiance(
+                &self.system.mesh,
+                &self.radiosity.field,
+                &self.system.links[receiver],
+                &self.system.far[receiver],
+                channel,
+                nodes,
+            );
             let neglected = (0..nodes).map(|node| rho * self.neglected_at(receiver, channel, node)).fold(0.0, largest);
             let samples: Vec<f64> = received.iter().map(|h| rho * h).collect();
             Detail { neglected, ..self.detail_of(receiver, &samples) }
@@ -113,7 +120,7 @@ impl Solution {
     }
 
     fn detail_of(&self, element: usize, samples: &[f64]) -> Detail {
-        let basis = self.mesh.basis(element);
+        let basis = self.system.mesh.basis(element);
         let excess = basis.excess(samples);
         let along = basis.seen_of(&excess) * excess.spread;
         Detail { coefficients: basis.next(samples), truncation: excess.spread, along, neglected: 0.0 }
@@ -121,8 +128,8 @@ impl Solution {
 
     /// What a node's links and clusters neglect.
     fn neglected_at(&self, receiver: usize, channel: usize, node: usize) -> f64 {
-        let of_link = |link: &Link| self.field.neglected(&self.mesh, link.source, channel, &link.rows[node]);
-        let of_links = self.links[receiver].iter().map(of_link).map(|size| size * size).sum::<f64>().sqrt();
-        of_links + self.far[receiver].likely(&self.field, channel, node)
+        let of_link = |link: &Link| self.radiosity.field.neglected(&self.system.mesh, link.source, channel, &link.rows[node]);
+        let of_links = self.system.links[receiver].iter().map(of_link).map(|size| size * size).sum::<f64>().sqrt();
+        of_links + self.system.far[receiver].likely(&self.radiosity.field, channel, node)
     }
 }

@@ -31,14 +31,14 @@ impl Solution {
             Marking::Gradient | Marking::Shadows => self.largest_errors()?,
         };
         for &element in elements.iter().chain(&receivers) {
-            self.mesh.divide(element)?;
+            self.system.mesh.divide(element)?;
         }
-        let mut goes = vec![false; self.mesh.elements().len()];
+        let mut goes = vec![false; self.system.mesh.elements().len()];
         receivers.iter().for_each(|&receiver| goes[receiver] = true);
-        self.receivers.retain(|&receiver| !goes[receiver]);
-        let children = receivers.iter().filter_map(|&receiver| self.mesh.elements()[receiver].children());
-        self.receivers.extend(children.flat_map(|first| first..first + 4));
-        self.receivers.sort_unstable();
+        self.system.receivers.retain(|&receiver| !goes[receiver]);
+        let children = receivers.iter().filter_map(|&receiver| self.system.mesh.elements()[receiver].children());
+        self.system.receivers.extend(children.flat_map(|first| first..first + 4));
+        self.system.receivers.sort_unstable();
         Ok(())
     }
 
@@ -52,26 +52,27 @@ impl Solution {
         let reference = self.reference();
         let indicator = |receiver: usize, channel: usize| {
             let residual = self.reducible(receiver, &self.error_estimate.residuals[1][receiver][channel]);
-            if self.served.is_known() {
+            if self.refinement.served.is_known() {
                 return self.indicator_for_points(receiver, channel, residual);
             }
-            ratio(self.error_estimate.indicator(&self.mesh, receiver, channel, residual), reference[channel])
+            ratio(self.error_estimate.indicator(&self.system.mesh, receiver, channel, residual), reference[channel])
         };
-        let worst = |receiver: usize| (0..self.channels.len()).map(|channel| indicator(receiver, channel)).fold(0.0, largest);
-        self.receivers.iter().map(|&receiver| (worst(receiver), receiver)).collect()
+        let worst =
+            |receiver: usize| (0..self.system.channels.len()).map(|channel| indicator(receiver, channel)).fold(0.0, largest);
+        self.system.receivers.iter().map(|&receiver| (worst(receiver), receiver)).collect()
     }
 
     /// Leaves, and receivers above them, that are off most by samples and gradients; and the receivers among these that gather
     /// more finely from now on: those where reflected light by itself is no small part of the error.
     fn largest_errors(&mut self) -> Result<(Vec<usize>, Vec<usize>), Error> {
         self.judge()?;
-        let elements = self.mesh.elements();
+        let elements = self.system.mesh.elements();
         let weighted_residual =
             |element: usize, light: &Samples| elements[element].area() * self.mean_square_residual(element, light);
         let mut receives = vec![false; elements.len()];
-        self.receivers.iter().for_each(|&receiver| receives[receiver] = true);
+        self.system.receivers.iter().for_each(|&receiver| receives[receiver] = true);
         let lights = |element: usize| {
-            let [direct, reflected] = &self.judged[element];
+            let [direct, reflected] = &self.refinement.judged[element];
             let direct = direct.as_ref().filter(|_| elements[element].is_leaf());
             (direct, reflected.as_ref().filter(|_| receives[element]))
         };
@@ -92,15 +93,19 @@ impl Solution {
 
     /// Samples the light on leaves and receivers that were not before.
     fn judge(&mut self) -> Result<(), Error> {
-        self.judged.resize(self.mesh.elements().len(), [None, None]);
-        let leaves = self.mesh.leaves().filter(|&leaf| self.judged[leaf][0].is_none() && !self.direct.is_empty());
+        self.refinement.judged.resize(self.system.mesh.elements().len(), [None, None]);
+        let leaves = self
+            .system
+            .mesh
+            .leaves()
+            .filter(|&leaf| self.refinement.judged[leaf][0].is_none() && !self.radiosity.direct.is_empty());
         let leaves: Vec<usize> = leaves.collect();
-        let receivers = self.receivers.iter().copied().filter(|&receiver| self.judged[receiver][1].is_none());
+        let receivers = self.system.receivers.iter().copied().filter(|&receiver| self.refinement.judged[receiver][1].is_none());
         let receivers: Vec<usize> = receivers.collect();
         let direct = for_each(&leaves, |leaf| self.direct_on(leaf))?;
         let reflected = for_each(&receivers, |receiver| self.reflected_on(receiver))?;
-        leaves.into_iter().zip(direct).for_each(|(leaf, light)| self.judged[leaf][0] = Some(light));
-        receivers.into_iter().zip(reflected).for_each(|(receiver, light)| self.judged[receiver][1] = Some(light));
+        leaves.into_iter().zip(direct).for_each(|(leaf, light)| self.refinement.judged[leaf][0] = Some(light));
+        receivers.into_iter().zip(reflected).for_each(|(receiver, light)| self.refinement.judged[receiver][1] = Some(light));
         Ok(())
     }
 
@@ -108,15 +113,15 @@ impl Solution {
     /// divided so and not for direct light.
     #[must_use]
     pub fn divisions(&self) -> Vec<usize> {
-        let mut numbers = vec![None; self.mesh.elements().len()];
-        let undivided = self.mesh.undivided();
+        let mut numbers = vec![None; self.system.mesh.elements().len()];
+        let undivided = self.system.mesh.undivided();
         numbers[..undivided].iter_mut().enumerate().for_each(|(index, number)| *number = Some(index));
         let mut count = undivided;
         let mut divisions = Vec::new();
-        for divided in self.mesh.divisions() {
+        for divided in self.system.mesh.divisions() {
             let (Some(number), true) = (numbers[divided], !self.gathers(divided)) else { continue };
             divisions.push(number);
-            for child in self.mesh.elements()[divided].children().into_iter().flat_map(|first| first..first + 4) {
+            for child in self.system.mesh.elements()[divided].children().into_iter().flat_map(|first| first..first + 4) {
                 numbers[child] = Some(count);
                 count += 1;
             }

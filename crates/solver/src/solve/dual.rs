@@ -143,19 +143,19 @@ fn off_by_rule(basis: &Basis, excess: &Excess) -> f64 {
 impl Solution {
     /// The importance by the links that there are, as it is sent; `None` if it grows without end.
     pub(super) fn importance(&self) -> Option<&Field> {
-        self.importance.get_or_init(|| self.solve_importance()).as_ref()
+        self.caches.importance.get_or_init(|| self.solve_importance()).as_ref()
     }
 
     fn solve_importance(&self) -> Option<Field> {
-        let (mesh, channels) = (&self.mesh, self.channels.len());
+        let (mesh, channels) = (&self.system.mesh, self.system.channels.len());
         let mut source = vec![Vec::new(); mesh.elements().len()];
         let mut own = source.clone();
-        for &receiver in &self.receivers {
+        for &receiver in &self.system.receivers {
             let len = mesh.basis(receiver).len();
-            let of_channel = |channel: usize| match self.surfaces.pattern(receiver, channel) {
+            let of_channel = |channel: usize| match self.system.surfaces.pattern(receiver, channel) {
                 Some(pattern) => pattern.reflectance().to_vec(),
                 None => {
-                    let rho = self.surfaces.reflectance[mesh.elements()[receiver].face()][channel];
+                    let rho = self.system.surfaces.reflectance[mesh.elements()[receiver].face()][channel];
                     (0..len).map(|i| if i == 0 { rho } else { 0.0 }).collect()
                 }
             };
@@ -167,9 +167,9 @@ impl Solution {
             // As if everywhere as much were found, which it is where light is not lost and reflectances are the same.
             let reflected =
                 |&receiver: &usize| mesh.elements()[receiver].area() * source[receiver][channel * mesh.basis(receiver).len()];
-            let rho = self.receivers.iter().map(reflected).sum::<f64>() / mesh.area();
+            let rho = self.system.receivers.iter().map(reflected).sum::<f64>() / mesh.area();
             let even = if rho < 1.0 { 1.0 / (1.0 - rho) } else { 1.0 };
-            for &receiver in &self.receivers {
+            for &receiver in &self.system.receivers {
                 let len = mesh.basis(receiver).len();
                 let of_channel = channel * len..(channel + 1) * len;
                 let first: Vec<f64> = source[receiver][of_channel.clone()].iter().map(|rho| even * rho).collect();
@@ -177,9 +177,9 @@ impl Solution {
                 own[receiver][of_channel].copy_from_slice(&first);
             }
         }
-        let (surfaces, receivers) = (&self.surfaces, &self.receivers[..]);
-        let equation = Equation { mesh, surfaces, receivers, links: &self.links, far: &self.far, source: &source };
-        let until = if self.surfaces.is_textured() { SOLVED_WITH_TEXTURES } else { SOLVED };
+        let (surfaces, receivers) = (&self.system.surfaces, &self.system.receivers[..]);
+        let equation = Equation { mesh, surfaces, receivers, links: &self.system.links, far: &self.system.far, source: &source };
+        let until = if self.system.surfaces.is_textured() { SOLVED_WITH_TEXTURES } else { SOLVED };
         let mut scale = vec![1.0; channels];
         let mut acceleration = Acceleration::default();
         for _ in 0..MOST_SWEEPS {
@@ -196,25 +196,28 @@ impl Solution {
     /// The links of lamps, as finely as the importance there has to be known; also of other faces that emit and gather by rays, if all that
     /// emit are few. The links by which these faces gather light may be rougher, and their nodes fewer.
     fn links_of_lamps(&self, importance: &Field) -> Result<HashMap<usize, Gathers>, Error> {
-        let (area, channels) = (self.mesh.area(), 0..self.channels.len());
-        let emitted = |element: usize, channel: usize| self.surfaces.emitted[self.mesh.elements()[element].face()][channel];
+        let (area, channels) = (self.system.mesh.area(), 0..self.system.channels.len());
+        let emitted =
+            |element: usize, channel: usize| self.system.surfaces.emitted[self.system.mesh.elements()[element].face()][channel];
         let emits = |element: &usize| channels.clone().any(|channel| emitted(*element, channel) > 0.0);
-        if self.mesh.roots().iter().filter(|root| emits(root)).count() > MOST_LAMPS {
+        if self.system.mesh.roots().iter().filter(|root| emits(root)).count() > MOST_LAMPS {
             return Ok(HashMap::new());
         }
-        let is_meant = |element: &usize| self.is_lamp(self.mesh.elements()[*element].face()) || !self.far[*element].is_empty();
-        let lamps: Vec<usize> = self.receivers.iter().copied().filter(|of| emits(of) && is_meant(of)).collect();
-        let power =
-            |channel: usize| lamps.iter().map(|&lamp| self.mesh.elements()[lamp].area() * emitted(lamp, channel)).sum::<f64>();
+        let is_meant =
+            |element: &usize| self.is_lamp(self.system.mesh.elements()[*element].face()) || !self.system.far[*element].is_empty();
+        let lamps: Vec<usize> = self.system.receivers.iter().copied().filter(|of| emits(of) && is_meant(of)).collect();
+        let power = |channel: usize| {
+            lamps.iter().map(|&lamp| self.system.mesh.elements()[lamp].area() * emitted(lamp, channel)).sum::<f64>()
+        };
         let weight: Vec<f64> =
             channels.clone().zip(self.reference()).map(|(c, reference)| ratio(power(c), reference * area)).collect();
-        let allowed = OF_LAMPS * self.allowed;
-        let need = Need { field: importance, weight: &weight, allowed, without_order: WITHOUT_ORDER, clock: self.clock };
+        let allowed = OF_LAMPS * self.budget.allowed;
+        let need = Need { field: importance, weight: &weight, allowed, without_order: WITHOUT_ORDER, clock: self.budget.clock };
         let of_lamp = |lamp: usize| {
-            let (optics, own) = (self.optics(), self.mesh.basis(lamp));
-            let (links, far) = (&self.links[lamp], &self.far[lamp]);
+            let (optics, own) = (self.optics(), self.system.mesh.basis(lamp));
+            let (links, far) = (&self.system.links[lamp], &self.system.far[lamp]);
             let weighted_error = |(channel, weight): (usize, &f64)| {
-                let at_nodes = irradiance(&self.mesh, importance, links, far, channel, own.nodes().len());
+                let at_nodes = irradiance(&self.system.mesh, importance, links, far, channel, own.nodes().len());
                 weight * off_by_rule(own, &own.excess(&at_nodes))
             };
             let is_off = weight.iter().enumerate().map(weighted_error).fold(0.0, largest) > allowed;
@@ -234,32 +237,35 @@ impl Solution {
     /// themselves.
     fn importance_below(&self, sent: &Field) -> Result<HashMap<usize, Vec<Gathered>>, Error> {
         let power = |element: usize, channel: usize| {
-            let (held, of) =
-                (self.field.coefficients(element, channel, self.mesh.basis(element).len())[0], &self.mesh.elements()[element]);
+            let (held, of) = (
+                self.radiosity.field.coefficients(element, channel, self.system.mesh.basis(element).len())[0],
+                &self.system.mesh.elements()[element],
+            );
             of.area() * (held + self.lamp_on(of.face(), channel)).abs()
         };
-        let totals: Vec<f64> =
-            (0..self.channels.len()).map(|channel| self.mesh.leaves().map(|leaf| power(leaf, channel)).sum()).collect();
+        let totals: Vec<f64> = (0..self.system.channels.len())
+            .map(|channel| self.system.mesh.leaves().map(|leaf| power(leaf, channel)).sum())
+            .collect();
         let holds_much =
             |element: usize| totals.iter().enumerate().any(|(channel, totals)| power(element, channel) > MUCH * totals);
         let has_own = |&element: &usize| {
             let receiver = self.receiver_of(element);
-            let below = self.mesh.elements()[element].children();
+            let below = self.system.mesh.elements()[element].children();
             element != receiver
                 && self.gathers(receiver)
-                && self.far[receiver].is_empty()
+                && self.system.far[receiver].is_empty()
                 && holds_much(element)
                 && below.is_none_or(|first| !(first..first + 4).all(holds_much))
         };
-        let elements: Vec<usize> = (0..self.mesh.elements().len()).filter(has_own).collect();
+        let elements: Vec<usize> = (0..self.system.mesh.elements().len()).filter(has_own).collect();
         let importance_on = |element: usize| {
-            let (receiver, basis) = (self.receiver_of(element), self.mesh.basis(element));
-            let (above, own_element) = (basis.above().unwrap_or(basis), &self.mesh.elements()[element]);
+            let (receiver, basis) = (self.receiver_of(element), self.system.mesh.basis(element));
+            let (above, own_element) = (basis.above().unwrap_or(basis), &self.system.mesh.elements()[element]);
             let gathered_at = |place: [f64; 2]| self.gathered_at(sent, receiver, own_element.point(place));
             let (centre, reference) = (own_element.shape().centre(), self.reference());
             let moved = |(channel, here): (usize, f64)| {
-                let (links, far, nodes) = (&self.links[receiver], &self.far[receiver], basis.nodes().len());
-                let z = above.project(&irradiance(&self.mesh, sent, links, far, channel, nodes));
+                let (links, far, nodes) = (&self.system.links[receiver], &self.system.far[receiver], basis.nodes().len());
+                let z = above.project(&irradiance(&self.system.mesh, sent, links, far, channel, nodes));
                 let mut z = self.restricted(receiver, element, above, &z);
                 let differs = here - dot(&z, &above.values(centre));
                 z[0] += differs;
@@ -268,9 +274,9 @@ impl Solution {
             };
             let moved: Vec<Gathered> = gathered_at(centre)?.into_iter().enumerate().map(moved).collect();
             let relative_error = |(channel, (_, error)): (usize, &Gathered)| {
-                ratio(power(element, channel) * error, reference[channel] * self.mesh.area())
+                ratio(power(element, channel) * error, reference[channel] * self.system.mesh.area())
             };
-            if moved.iter().enumerate().map(relative_error).fold(0.0, largest) <= NOTICED * self.allowed {
+            if moved.iter().enumerate().map(relative_error).fold(0.0, largest) <= NOTICED * self.budget.allowed {
                 return Ok((element, moved));
             }
             let at_nodes = basis.nodes().iter().map(|node| gathered_at(node.at)).collect::<Result<Vec<_>, Error>>()?;
@@ -278,7 +284,7 @@ impl Solution {
                 let at_nodes: Vec<f64> = at_nodes.iter().map(|of| of[channel]).collect();
                 (basis.project(&at_nodes), off_by_rule(basis, &basis.excess(&at_nodes)))
             };
-            Ok((element, (0..self.channels.len()).map(of_channel).collect()))
+            Ok((element, (0..self.system.channels.len()).map(of_channel).collect()))
         };
         Ok(for_each(&elements, importance_on)?.into_iter().collect())
     }
@@ -289,12 +295,12 @@ impl Solution {
         let Some(sent) = self.importance().cloned() else { return Ok(None) };
         let (links, below) = (self.links_of_lamps(&sent)?, self.importance_below(&sent)?);
         let mut importance = Importance { sent, links, below };
-        let mut below = vec![Vec::new(); self.mesh.elements().len()];
-        for leaf in self.mesh.leaves() {
+        let mut below = vec![Vec::new(); self.system.mesh.elements().len()];
+        for leaf in self.system.mesh.leaves() {
             below[self.receiver_of(leaf)].push(leaf);
         }
-        let area = self.mesh.area();
-        let layers = for_each(&self.receivers, |receiver| self.layers_on(receiver, &importance.sent))?;
+        let area = self.system.mesh.area();
+        let layers = for_each(&self.system.receivers, |receiver| self.layers_on(receiver, &importance.sent))?;
         let mut parts = self.parts(&importance, (&below, &layers));
         let rough = parts.clone();
         for _ in 0..MOST_REFINEMENTS {
@@ -302,7 +308,7 @@ impl Solution {
                 let others = square(part.swapped + part.detail) + part.squared_error + square(part.unseen);
                 TYPICAL * part.neglected > LITTLE * others.sqrt() && part.neglected > ROUNDED * mean * area
             };
-            if !parts.iter().zip(&self.mean).any(is_rough) || !self.refine_importance(&mut importance)? {
+            if !parts.iter().zip(&self.radiosity.mean).any(is_rough) || !self.refine_importance(&mut importance)? {
                 break;
             }
             parts = self.parts(&importance, (&below, &layers));
@@ -324,21 +330,22 @@ impl Solution {
 
     /// What layers on a receiver add to the integrals, in each channel.
     fn layers_on(&self, receiver: usize, importance: &Field) -> Result<Vec<Part>, Error> {
-        let links = &self.links[receiver];
+        let links = &self.system.links[receiver];
         let Some(layers) = Layers::near_receiver(&self.optics(), receiver, links)? else {
-            return Ok(vec![Part::default(); self.channels.len()]);
+            return Ok(vec![Part::default(); self.system.channels.len()]);
         };
-        let (element, basis) = (&self.mesh.elements()[receiver], self.mesh.basis(receiver));
-        let (area, rho, nodes) = (element.area(), &self.surfaces.reflectance[element.face()], basis.nodes().len());
+        let (element, basis) = (&self.system.mesh.elements()[receiver], self.system.mesh.basis(receiver));
+        let (area, rho, nodes) = (element.area(), &self.system.surfaces.reflectance[element.face()], basis.nodes().len());
         let of_channel = |(channel, rho): (usize, &f64)| {
             let truncation = |field: &Field| {
-                let at_nodes = irradiance(&self.mesh, field, links, &self.far[receiver], channel, nodes);
-                let layer = layers
-                    .truncation(&at_nodes, basis, |source| field.coefficients(source, channel, self.mesh.basis(source).len()));
+                let at_nodes = irradiance(&self.system.mesh, field, links, &self.system.far[receiver], channel, nodes);
+                let layer = layers.truncation(&at_nodes, basis, |source| {
+                    field.coefficients(source, channel, self.system.mesh.basis(source).len())
+                });
                 (basis.next(&at_nodes), layer)
             };
-            let ((light, of_light), (z, of_z)) = (truncation(&self.field), truncation(importance));
-            let mut held = self.field.coefficients(receiver, channel, basis.len()).to_vec();
+            let ((light, of_light), (z, of_z)) = (truncation(&self.radiosity.field), truncation(importance));
+            let mut held = self.radiosity.field.coefficients(receiver, channel, basis.len()).to_vec();
             held[0] += self.lamp_on(element.face(), channel);
             let swapped = area * layers.times(&held, &of_z);
             let product = layers.times(&light, &of_z) + layers.times(&z, &of_light) + layers.product(&of_light, &of_z);
@@ -352,41 +359,42 @@ impl Solution {
     fn parts(&self, importance: &Importance, (below, layers): (&[Vec<usize>], &[Vec<Part>])) -> Vec<Part> {
         let of_channel = |channel: usize| {
             let part_on = |&receiver: &usize| self.part_of(receiver, channel, importance, &below[receiver]);
-            let parts: Vec<Part> = self.receivers.par_iter().map(part_on).collect();
+            let parts: Vec<Part> = self.system.receivers.par_iter().map(part_on).collect();
             parts.into_iter().chain(layers.iter().map(|part_on| part_on[channel])).fold(Part::default(), Part::and)
         };
-        (0..self.channels.len()).map(of_channel).collect()
+        (0..self.system.channels.len()).map(of_channel).collect()
     }
 
     /// Refines the links by which receivers without clusters gather the importance to a part of what these neglect of it now, in the mean over
     /// all light. Returns whether any was refined.
     fn refine_importance(&self, importance: &mut Importance) -> Result<bool, Error> {
         let (field, reference) = (&importance.sent, self.reference());
-        let own = |receiver: usize| importance.links.get(&receiver).map_or(&self.links[receiver][..], |of| &of.links[..]);
+        let own = |receiver: usize| importance.links.get(&receiver).map_or(&self.system.links[receiver][..], |of| &of.links[..]);
         // The light of a receiver, over that which errors are relative to.
         let light = |receiver: usize| -> Vec<f64> {
-            let (element, len) = (&self.mesh.elements()[receiver], self.mesh.basis(receiver).len());
+            let (element, len) = (&self.system.mesh.elements()[receiver], self.system.mesh.basis(receiver).len());
             let relative_light = |(channel, reference): (usize, &f64)| {
-                let held = self.field.coefficients(receiver, channel, len)[0] + self.lamp_on(element.face(), channel);
+                let held = self.radiosity.field.coefficients(receiver, channel, len)[0] + self.lamp_on(element.face(), channel);
                 ratio(held.abs(), *reference)
             };
             reference.iter().enumerate().map(relative_light).collect()
         };
         let neglected = |receiver: usize| {
-            let basis = self.mesh.basis(receiver);
+            let basis = self.system.mesh.basis(receiver);
             let weighted_neglect = |(channel, light): (usize, f64)| {
                 light * own(receiver).iter().map(|link| self.neglected_by(link, field, basis, channel)).sum::<f64>()
             };
             Ok(light(receiver).into_iter().enumerate().map(weighted_neglect).fold(0.0, largest))
         };
-        let receivers: Vec<usize> = self.receivers.iter().copied().filter(|&receiver| self.far[receiver].is_empty()).collect();
+        let receivers: Vec<usize> =
+            self.system.receivers.iter().copied().filter(|&receiver| self.system.far[receiver].is_empty()).collect();
         let neglected: Vec<(usize, f64)> = receivers.iter().copied().zip(for_each(&receivers, neglected)?).collect();
-        let area = |receiver: usize| self.mesh.elements()[receiver].area();
-        let allowed =
-            FINER * neglected.iter().map(|&(receiver, neglected)| area(receiver) * neglected).sum::<f64>() / self.mesh.area();
+        let area = |receiver: usize| self.system.mesh.elements()[receiver].area();
+        let allowed = FINER * neglected.iter().map(|&(receiver, neglected)| area(receiver) * neglected).sum::<f64>()
+            / self.system.mesh.area();
         let rough: Vec<usize> = neglected.into_iter().filter(|&(_, of)| of > allowed).map(|(receiver, _)| receiver).collect();
         let refined = |receiver: usize| {
-            let need = Need { field, weight: &light(receiver), allowed, without_order: WITHOUT_ORDER, clock: self.clock };
+            let need = Need { field, weight: &light(receiver), allowed, without_order: WITHOUT_ORDER, clock: self.budget.clock };
             let (mut links, mut far) = (own(receiver).to_vec(), Far::default());
             let any = self.optics().refine(Gatherer::Element(receiver), (&mut links, &mut far), &need)?;
             Ok(any.then_some((receiver, Gathers { links, far, basis: None })))
@@ -399,21 +407,21 @@ impl Solution {
 
     /// What a receiver and the leaves below it, or it is, add to the integrals.
     fn part_of(&self, receiver: usize, channel: usize, importance: &Importance, leaves: &[usize]) -> Part {
-        let own = (&self.links[receiver][..], &self.far[receiver]);
+        let own = (&self.system.links[receiver][..], &self.system.far[receiver]);
         let gathers = importance.links.get(&receiver);
         let by = gathers.map_or(own, |of| (&of.links[..], &of.far));
         let (below, importance) = (&importance.below, &importance.sent);
-        let (element, basis) = (&self.mesh.elements()[receiver], self.mesh.basis(receiver));
-        let (len, nodes, rho) = (basis.len(), basis.nodes().len(), self.surfaces.reflectance[element.face()][channel]);
+        let (element, basis) = (&self.system.mesh.elements()[receiver], self.system.mesh.basis(receiver));
+        let (len, nodes, rho) = (basis.len(), basis.nodes().len(), self.system.surfaces.reflectance[element.face()][channel]);
         let (area, above) = (element.area(), basis.above().unwrap_or(basis));
         let of_importance = gathers.and_then(|of| of.basis.as_ref());
         let nodes_basis = of_importance.unwrap_or(basis);
-        let at_nodes = irradiance(&self.mesh, importance, by.0, by.1, channel, nodes_basis.nodes().len());
+        let at_nodes = irradiance(&self.system.mesh, importance, by.0, by.1, channel, nodes_basis.nodes().len());
         let (mut z, excess) = (of_importance.unwrap_or(above).project(&at_nodes), nodes_basis.excess(&at_nodes));
         z.truncate(above.len());
         let lamp = self.lamp_on(element.face(), channel);
-        let held = self.field.coefficients(receiver, channel, len);
-        let phi: Vec<f64> = match self.surfaces.pattern(receiver, channel) {
+        let held = self.radiosity.field.coefficients(receiver, channel, len);
+        let phi: Vec<f64> = match self.system.surfaces.pattern(receiver, channel) {
             _ if rho == 0.0 => vec![0.0; len],
             None => importance.coefficients(receiver, channel, len).iter().map(|b| b / rho).collect(),
             Some(_) => z[..len].iter().enumerate().map(|(i, z)| if i == 0 { 1.0 + z } else { *z }).collect(),
@@ -430,13 +438,17 @@ impl Solution {
             let residuals = &self.error_estimate.residuals;
             part.unseen += area * phi[0] * (residuals[0][receiver][channel].unseen + residuals[1][receiver][channel].unseen);
             // Where light is even rays and clusters are off alike in both gathers.
-            part.squared_error += square(area * rho * phi[0] * self.off_by_links(&self.field, basis, channel, own, false));
-            let samples: Vec<f64> =
-                irradiance(&self.mesh, &self.field, own.0, own.1, channel, nodes).iter().map(|h| rho * h).collect();
+            part.squared_error +=
+                square(area * rho * phi[0] * self.off_by_links(&self.radiosity.field, basis, channel, own, false));
+            let samples: Vec<f64> = irradiance(&self.system.mesh, &self.radiosity.field, own.0, own.1, channel, nodes)
+                .iter()
+                .map(|h| rho * h)
+                .collect();
             self.add_details(&mut part, receiver, (&samples, &z), own.1.is_empty().then_some(&excess));
         }
         for &leaf in leaves {
-            let (area, mut light) = (self.mesh.elements()[leaf].area(), self.field.coefficients(leaf, channel, len).to_vec());
+            let (area, mut light) =
+                (self.system.mesh.elements()[leaf].area(), self.radiosity.field.coefficients(leaf, channel, len).to_vec());
             light[0] += lamp;
             let power = area * light[0];
             let z = self.restricted(receiver, leaf, above, &z);
@@ -448,7 +460,7 @@ impl Solution {
                 by_polynomial += power;
             }
             part.swapped += area * dot(&light, &z);
-            if rho > 0.0 && !self.direct.is_empty() {
+            if rho > 0.0 && !self.radiosity.direct.is_empty() {
                 self.add_details(&mut part, leaf, (&self.direct_samples(leaf, channel), &z), by.1.is_empty().then_some(&excess));
             }
         }
@@ -464,13 +476,13 @@ impl Solution {
         leaf: usize,
         below: &'a HashMap<usize, Vec<Gathered>>,
     ) -> Option<(usize, &'a [Gathered])> {
-        let around = std::iter::successors(Some(leaf), |&element| self.mesh.elements()[element].parent());
+        let around = std::iter::successors(Some(leaf), |&element| self.system.mesh.elements()[element].parent());
         around.take_while(|&element| element != receiver).find_map(|element| Some((element, &below.get(&element)?[..])))
     }
 
     /// Adds the product of what samples of light and an importance have beyond the basis. Where clusters were gathered from that is noise.
     fn add_details(&self, part: &mut Part, element: usize, (samples, z): (&[f64], &[f64]), sure: Option<&Excess>) {
-        let (area, basis) = (self.mesh.elements()[element].area(), self.mesh.basis(element));
+        let (area, basis) = (self.system.mesh.elements()[element].area(), self.system.mesh.basis(element));
         let detail = area * dot(&basis.next(samples), z);
         match sure {
             Some(of_importance) => {
@@ -486,19 +498,19 @@ impl Solution {
         let mut path = Vec::new();
         let mut descendant = leaf;
         while descendant != receiver
-            && let Some(parent) = self.mesh.elements()[descendant].parent()
+            && let Some(parent) = self.system.mesh.elements()[descendant].parent()
         {
             path.push(descendant);
             descendant = parent;
         }
-        path.into_iter().rev().fold(coefficients.to_vec(), |held, element| basis.restrict(self.mesh.child(element), &held))
+        path.into_iter().rev().fold(coefficients.to_vec(), |held, element| basis.restrict(self.system.mesh.child(element), &held))
     }
 
     /// What rays and clusters of a receiver are off by in a light that it gathers, and the evaluations of links if they count, in the mean over
     /// its nodes, as if without order.
     fn off_by_links(&self, light: &Field, basis: &Basis, channel: usize, (links, far): (&[Link], &Far), evaluated: bool) -> f64 {
         let of_link = |link: &Link| {
-            let coefficients = light.coefficients(link.source, channel, self.mesh.basis(link.source).len());
+            let coefficients = light.coefficients(link.source, channel, self.system.mesh.basis(link.source).len());
             let row_error = |row: &Row| if evaluated || row.likely.is_some() { row.likely_error_of(coefficients) } else { 0.0 };
             over_nodes(basis, link, row_error)
         };
@@ -509,7 +521,7 @@ impl Solution {
 
     /// Bound on what a link neglects of a light, in the mean over the nodes of its receiver.
     fn neglected_by(&self, link: &Link, light: &Field, basis: &Basis, channel: usize) -> f64 {
-        over_nodes(basis, link, |row| light.neglected(&self.mesh, link.source, channel, row))
+        over_nodes(basis, link, |row| light.neglected(&self.system.mesh, link.source, channel, row))
     }
 }
 

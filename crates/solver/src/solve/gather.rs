@@ -111,19 +111,19 @@ impl Solution {
     /// The leaf of the face that is at a point and faces along `normal`, and the point of its plane in the coordinates of
     /// [`Self::placement`].
     pub(super) fn leaf_of(&self, point: DVec3, normal: DVec3) -> Result<(usize, DVec3), Error> {
-        let reach = REACH * self.extent;
+        let reach = REACH * self.system.extent;
         let none = Error::NoFace { position: point, normal, reach: reach / self.placement.power() };
-        let (face, foot) = self.mesh.face_at(self.placement.inward(point), normal, reach).ok_or(none.clone())?;
-        let leaf = self.mesh.leaf_at(face, foot).ok_or(none.clone())?;
+        let (face, foot) = self.system.mesh.face_at(self.placement.inward(point), normal, reach).ok_or(none.clone())?;
+        let leaf = self.system.mesh.leaf_at(face, foot).ok_or(none.clone())?;
         let before = self.in_front_of_others(leaf, foot);
-        Ok((if before == foot { leaf } else { self.mesh.leaf_at(face, before).ok_or(none)? }, before))
+        Ok((if before == foot { leaf } else { self.system.mesh.leaf_at(face, before).ok_or(none)? }, before))
     }
 
     /// A point of a leaf, or one in front of the faces that are at it and can light it.
     fn in_front_of_others(&self, leaf: usize, point: DVec3) -> DVec3 {
-        let element = &self.mesh.elements()[leaf];
+        let element = &self.system.mesh.elements()[leaf];
         let normal = element.polygon().normal();
-        let mut touching = self.mesh.touching(point, element.face(), TOUCHES * self.extent).peekable();
+        let mut touching = self.system.mesh.touching(point, element.face(), TOUCHES * self.system.extent).peekable();
         if touching.peek().is_none() {
             return point;
         }
@@ -134,7 +134,7 @@ impl Solution {
     /// Whether a point is within a millionth of the scene's extent of a face, whichever way that faces.
     #[must_use]
     pub fn is_on_a_face(&self, point: DVec3) -> bool {
-        self.mesh.is_near_a_face(self.placement.inward(point), REACH * self.extent)
+        self.system.mesh.is_near_a_face(self.placement.inward(point), REACH * self.system.extent)
     }
 
     /// Irradiance at a point anywhere, from the half space that `normal`, of any length, points into: the reading of a sensor
@@ -184,24 +184,24 @@ impl Solution {
     /// What a point of a leaf gathers.
     pub(super) fn sum_on(&self, leaf: usize, point: DVec3) -> Result<Sum, Error> {
         let (station, gathers) = self.gathers_on(leaf, point)?;
-        Ok(self.sum(&station, gathers, &self.far[self.receiver_of(leaf)]))
+        Ok(self.sum(&station, gathers, &self.system.far[self.receiver_of(leaf)]))
     }
 
     /// What a point that is on no face gathers.
     pub(super) fn sum_in_space(&self, station: &Station) -> Result<Sum, Error> {
         let optics = self.optics();
-        let lit = match self.lamps.is_empty() {
+        let lit = match self.system.lamps.is_empty() {
             true => None,
             false => {
-                let sights = self.lamps.sights_from(&self.mesh, station)?;
-                Some(self.lamps.irradiance(&optics, &self.surfaces, station, &sights)?)
+                let sights = self.system.lamps.sights_from(&self.system.mesh, station)?;
+                Some(self.system.lamps.irradiance(&optics, &self.system.surfaces, station, &sights)?)
             }
         };
         let weight = self.whole_weight();
         let need = Need {
-            field: &self.field,
+            field: &self.radiosity.field,
             weight: &weight,
-            allowed: self.allowed,
+            allowed: self.budget.allowed,
             without_order: WITHOUT_ORDER,
             clock: Clock::started(),
         };
@@ -220,18 +220,18 @@ impl Solution {
     /// # Errors
     /// If it cannot be represented.
     pub fn gather_on(&self, leaf: usize, point: DVec3) -> Result<Gathered, Error> {
-        let element = &self.mesh.elements()[leaf];
-        let (face, channels) = (element.face(), self.channels.len());
+        let element = &self.system.mesh.elements()[leaf];
+        let (face, channels) = (element.face(), self.system.channels.len());
         let (station, gathers) = self.gathers_on(leaf, point)?;
         let lacking = self.lacking_beside_edge(leaf, point)?;
-        let sum = self.sum(&station, gathers, &self.far[self.receiver_of(leaf)]);
+        let sum = self.sum(&station, gathers, &self.system.far[self.receiver_of(leaf)]);
         let mut irradiance = self.estimated_sum(&station, &sum, lacking.as_ref().map(|of| of.other.face));
         irradiance.correct(&self.lacking_in_gaps(&station, &sum.rows)?);
         if let Some(lacking) = lacking {
             irradiance.correct(&lacking.irradiance);
         }
         irradiance = irradiance.not_below_zero();
-        let [rho, emitted] = self.surfaces.reflectance_and_emission(face, point);
+        let [rho, emitted] = self.system.surfaces.reflectance_and_emission(face, point);
         let estimate = |c: usize| {
             let rounding = 4.0 * f64::EPSILON * (rho[c] * irradiance.irradiance[c].abs() + emitted[c]);
             irradiance.estimate[c] * rho[c] + Ledger { computation: rounding, ..Ledger::default() }
@@ -252,8 +252,8 @@ impl Solution {
     /// If it cannot be represented.
     pub fn radiosity_on(&self, leaf: usize, point: DVec3) -> Result<Vec<f64>, Error> {
         let (station, gathers) = self.gathers_on(leaf, point)?;
-        let sums = self.sum(&station, gathers, &self.far[self.receiver_of(leaf)]).sums;
-        let [rho, emitted] = self.surfaces.reflectance_and_emission(self.mesh.elements()[leaf].face(), point);
+        let sums = self.sum(&station, gathers, &self.system.far[self.receiver_of(leaf)]).sums;
+        let [rho, emitted] = self.system.surfaces.reflectance_and_emission(self.system.mesh.elements()[leaf].face(), point);
         Ok(sums.iter().zip(&rho).zip(emitted).map(|((sum, rho), emitted)| emitted + rho * sum).collect())
     }
 
@@ -261,17 +261,17 @@ impl Solution {
     /// view from the place nearest to the point, and an element far larger than the gap has no polynomial that follows the light at its rim:
     /// the point lacks the error of the polynomial at that place, which a gather finds there, times the source's form factor.
     fn lacking_in_gaps(&self, station: &Station, rows: &[(usize, Row)]) -> Result<Vec<[f64; 2]>, Error> {
-        let mut lacking = vec![[0.0; 2]; self.channels.len()];
+        let mut lacking = vec![[0.0; 2]; self.system.channels.len()];
         for (source, row) in rows {
-            let element = &self.mesh.elements()[*source];
+            let element = &self.system.mesh.elements()[*source];
             let (normal, corner) = (element.polygon().normal(), element.polygon().vertices()[0]);
             let height = normal.dot(station.point - corner);
             if normal.dot(station.normal) > FACING || height <= 0.0 {
                 continue;
             }
             let nearest = element.inside(station.point - normal * height);
-            let Some(leaf) = self.mesh.leaf_at(element.face(), nearest) else { continue };
-            if (nearest - station.point).length() > CLOSE * self.mesh.elements()[leaf].radius() {
+            let Some(leaf) = self.system.mesh.leaf_at(element.face(), nearest) else { continue };
+            if (nearest - station.point).length() > CLOSE * self.system.mesh.elements()[leaf].radius() {
                 continue;
             }
             for (lacking, error) in lacking.iter_mut().zip(self.off_at(leaf, nearest, &[])?.into_iter().flatten()) {
@@ -284,23 +284,26 @@ impl Solution {
 
     /// What a point of a leaf gathers, over the links that there are.
     fn gathers_on(&self, leaf: usize, point: DVec3) -> Result<(Station, Gathers), Error> {
-        let station = Station::on(&self.mesh.elements()[leaf], point);
-        let lit =
-            self.direct.get(leaf).map(|direct| self.lamps.irradiance(&self.optics(), &self.surfaces, &station, direct.sights()));
+        let station = Station::on(&self.system.mesh.elements()[leaf], point);
+        let lit = self
+            .radiosity
+            .direct
+            .get(leaf)
+            .map(|direct| self.system.lamps.irradiance(&self.optics(), &self.system.surfaces, &station, direct.sights()));
         let weight = self.whole_weight();
         let gather = |link: &Link| {
-            let count = self.mesh.basis(link.source).len();
-            let optics = self.optics().for_light(&self.field, link.source, &weight);
+            let count = self.system.mesh.basis(link.source).len();
+            let optics = self.optics().for_light(&self.radiosity.field, link.source, &weight);
             let row = optics.receive(&station, link.source, &link.sight, count)?;
             Ok(Gather { source: link.source, row, sight: link.sight.clone() })
         };
-        let from_links = self.links[self.receiver_of(leaf)].iter().map(gather).collect::<Result<Vec<Gather>, Error>>()?;
+        let from_links = self.system.links[self.receiver_of(leaf)].iter().map(gather).collect::<Result<Vec<Gather>, Error>>()?;
         Ok((station, Gathers { lit: lit.transpose()?, from_links }))
     }
 
     /// The sum of what a point gathers, and what evaluations and links leave of it.
     fn sum(&self, station: &Station, Gathers { lit, from_links }: Gathers, far: &Far) -> Sum {
-        let channels = self.channels.len();
+        let channels = self.system.channels.len();
         let (mut sums, mut errors) = (vec![0.0; channels], vec![Ledger::default(); channels]);
         // Of one sign as often as of the other: they add up by squares.
         let square = |x: f64| x * x;
@@ -315,9 +318,9 @@ impl Solution {
         let (mut rows, mut sights) = (Vec::with_capacity(from_links.len()), Vec::with_capacity(from_links.len()));
         for Gather { source, row, sight } in from_links {
             let is_past = matches!(sight, Sight::Past(_));
-            let count = self.mesh.basis(source).len();
+            let count = self.system.mesh.basis(source).len();
             for channel in 0..channels {
-                let coefficients = self.field.coefficients(source, channel, count);
+                let coefficients = self.radiosity.field.coefficients(source, channel, count);
                 sums[channel] += coefficients.iter().zip(&row.values).map(|(c, v)| c * v).sum::<f64>();
                 let (size, sum) = (square(row.likely_error_of(coefficients)), &mut errors[channel]);
                 if is_past { sum.visibility += size } else { sum.computation += size }
@@ -327,8 +330,8 @@ impl Solution {
         }
         let far = far.of_point(&self.optics(), station, &rows);
         for channel in 0..channels {
-            sums[channel] += far.value(&self.field, channel, 0);
-            errors[channel].computation += square(far.likely(&self.field, channel, 0));
+            sums[channel] += far.value(&self.radiosity.field, channel, 0);
+            errors[channel].computation += square(far.likely(&self.radiosity.field, channel, 0));
             errors[channel] = errors[channel].map(f64::sqrt);
         }
         Sum { sums, errors, rows, sights, far }
@@ -337,7 +340,7 @@ impl Solution {
     /// The irradiance of a point of a leaf with the part of its error whose sign is known.
     pub(super) fn corrected_on(&self, leaf: usize, point: DVec3) -> Result<Vec<f64>, Error> {
         let (station, gathers) = self.gathers_on(leaf, point)?;
-        let Sum { sums, rows, sights, far, .. } = self.sum(&station, gathers, &self.far[self.receiver_of(leaf)]);
+        let Sum { sums, rows, sights, far, .. } = self.sum(&station, gathers, &self.system.far[self.receiver_of(leaf)]);
         let known_error = self.error_at(&station, terms(&rows, &sights), &far, None).map(|error| error.known);
         Ok(sums
             .iter()
@@ -353,13 +356,14 @@ impl Solution {
         Sum { sums, errors, rows, sights, far }: &Sum,
         beside: Option<usize>,
     ) -> Irradiance {
-        let channels = self.channels.len();
+        let channels = self.system.channels.len();
         // Where no error is known with its sign, what its magnitude may be is an estimate, too.
         let without_sign = || {
             let mut truncation =
-                self.points().estimate(self.estimating(), &self.error_estimate, station, (rows, far), &vec![1.0; channels]);
+                self.points().estimate(&self.system, &self.error_estimate, station, (rows, far), &vec![1.0; channels]);
             for (channel, sum) in truncation.iter_mut().enumerate() {
-                let neglected = |(source, row): &(usize, Row)| self.field.neglected(&self.mesh, *source, channel, row);
+                let neglected =
+                    |(source, row): &(usize, Row)| self.radiosity.field.neglected(&self.system.mesh, *source, channel, row);
                 sum.computation += rows.iter().map(neglected).sum::<f64>();
             }
             truncation

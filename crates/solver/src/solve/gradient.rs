@@ -151,7 +151,7 @@ impl Solution {
     pub fn gradient(&self, point: DVec3, normal: DVec3) -> Result<SurfaceGradient, Error> {
         let (leaf, foot) = self.leaf_of(point, normal)?;
         let irradiance = self.gradient_in_plane(leaf, foot)?.times(self.placement.power());
-        let [rho, _] = self.surfaces.reflectance_and_emission(self.mesh.elements()[leaf].face(), foot);
+        let [rho, _] = self.system.surfaces.reflectance_and_emission(self.system.mesh.elements()[leaf].face(), foot);
         Ok(SurfaceGradient { radiosity: irradiance.reflected(&rho), irradiance })
     }
 
@@ -178,8 +178,8 @@ impl Solution {
     /// As for [`Self::irradiance_at`].
     pub fn irradiance_gradient_at(&self, position: DVec3, normal: DVec3) -> Result<Gradient, Error> {
         let mut station = self.station_in_space(position, normal)?;
-        let aside = ASIDE * self.extent;
-        if self.has_shadows() && !self.mesh.is_near_a_face(station.point, aside / ASIDE_AT_EDGE) {
+        let aside = ASIDE * self.system.extent;
+        if self.has_shadows() && !self.system.mesh.is_near_a_face(station.point, aside / ASIDE_AT_EDGE) {
             station.point += aside * ODD.normalize();
         }
         let parts = self.gradient_of_station(&station, None, &[]).map_err(|error| error.at_position(position))?;
@@ -188,13 +188,13 @@ impl Solution {
 
     /// Gradient of the irradiance within the plane of a leaf, by links of the point's own.
     fn gradient_in_plane(&self, leaf: usize, point: DVec3) -> Result<Gradient, Error> {
-        let element = &self.mesh.elements()[leaf];
+        let element = &self.system.mesh.elements()[leaf];
         let near_edges = self.lacking_near_edges(leaf, point)?;
         let mut station = Station::on(element, point);
         if self.has_shadows() {
             let to_edge = near_edges.iter().map(|edge| edge.other.distance_of(point)).fold(f64::INFINITY, smallest);
             let way = (element.point(ODD.truncate().to_array()) - point).normalize_or_zero();
-            station.point += smallest(ASIDE * self.extent, ASIDE_AT_EDGE * to_edge) * way;
+            station.point += smallest(ASIDE * self.system.extent, ASIDE_AT_EDGE * to_edge) * way;
         }
         let mut parts = self.gradient_of_station(&station, Some(leaf), &near_edges)?;
         let normal = element.polygon().normal();
@@ -212,23 +212,23 @@ impl Solution {
 
     /// Gradient of the irradiance of a point, which may be one of a leaf, near edges of its face or not.
     fn gradient_of_station(&self, station: &Station, leaf: Option<usize>, near_edges: &[Lacking]) -> Result<Parts, Error> {
-        let (optics, channels) = (self.optics(), self.channels.len());
+        let (optics, channels) = (self.optics(), self.system.channels.len());
         let weight = self.whole_weight();
         let need = Need {
-            field: &self.field,
+            field: &self.radiosity.field,
             weight: &weight,
             without_order: WITHOUT_ORDER,
-            allowed: FINER * self.allowed,
+            allowed: FINER * self.budget.allowed,
             clock: Clock::started(),
         };
         let gatherer = Gatherer::Point(station);
         let receiver = leaf.map(|leaf| self.receiver_of(leaf));
-        let linked = receiver.map(|receiver| (&self.links[receiver][..], &self.far[receiver]));
+        let linked = receiver.map(|receiver| (&self.system.links[receiver][..], &self.system.far[receiver]));
         let (mut links, mut far) = optics.first_links(gatherer, linked, &need)?;
         optics.refine(gatherer, (&mut links, &mut far), &need)?;
-        let lamps = match leaf.and_then(|leaf| self.direct.get(leaf)) {
+        let lamps = match leaf.and_then(|leaf| self.radiosity.direct.get(leaf)) {
             Some(direct) => direct.sights().to_vec(),
-            None => self.lamps.sights_from(&self.mesh, station)?,
+            None => self.system.lamps.sights_from(&self.system.mesh, station)?,
         };
         let mut parts = Parts {
             adds_details: self.has_sure_details(),
@@ -238,17 +238,17 @@ impl Solution {
             truncation: vec![0.0; channels],
             neglected: vec![0.0; channels],
         };
-        for (root, sight) in self.lamps.roots().iter().zip(&lamps) {
-            let emitted = &self.surfaces.emitted[self.mesh.elements()[*root].face()];
+        for (root, sight) in self.system.lamps.roots().iter().zip(&lamps) {
+            let emitted = &self.system.surfaces.emitted[self.system.mesh.elements()[*root].face()];
             let coefficients: Vec<&[f64]> = emitted.chunks_exact(1).collect();
-            let of_lamp = self.gradients_from((*root, self.mesh.basis(*root)), sight, station, &coefficients)?;
+            let of_lamp = self.gradients_from((*root, self.system.mesh.basis(*root)), sight, station, &coefficients)?;
             parts.gradient.iter_mut().zip(of_lamp).for_each(|(sum, of)| *sum += of);
         }
         links.iter().try_for_each(|link| self.add_gradient_of(station, link, &mut parts))?;
         self.sample_near(station, near_edges, &mut parts)?;
         let near = self.nearest_of(station, &far);
         for (channel, sum) in parts.neglected.iter_mut().enumerate() {
-            let neglected = far.likely(&self.field, channel, 0);
+            let neglected = far.likely(&self.radiosity.field, channel, 0);
             *sum += if neglected > 0.0 { STEEPNESS * neglected / near } else { 0.0 };
         }
         Ok(parts)
@@ -257,15 +257,15 @@ impl Solution {
     /// Whether any face hides anything.
     fn has_shadows(&self) -> bool {
         let is_past = |sight: &Sight| matches!(sight, Sight::Past(_));
-        let of_links = || self.links.iter().flatten().any(|link| is_past(&link.sight));
-        of_links() || self.direct.iter().any(|direct| direct.sights().iter().any(is_past))
+        let of_links = || self.system.links.iter().flatten().any(|link| is_past(&link.sight));
+        of_links() || self.radiosity.direct.iter().any(|direct| direct.sights().iter().any(is_past))
     }
 
     /// Adds the parts of a link: of its source, or if the point is near of what that was divided into.
     fn add_gradient_of(&self, station: &Station, link: &Link, parts: &mut Parts) -> Result<(), Error> {
         let (row, mut open) = (&link.rows[0], vec![link.source]);
         while let Some(source) = open.pop() {
-            let element = &self.mesh.elements()[source];
+            let element = &self.system.mesh.elements()[source];
             if let Some(first) = element.children().filter(|_| element.nearness_to(station.point) > NEAR) {
                 open.extend(first..first + 4);
                 continue;
@@ -276,8 +276,8 @@ impl Solution {
             let factor = kernel.as_ref().map_or(row.factor(), |kernel| smallest(kernel.peak, row.factor()));
             for (channel, sum) in parts.neglected.iter_mut().enumerate() {
                 let neglected = match &kernel {
-                    None => self.field.neglected(&self.mesh, source, channel, row),
-                    Some(kernel) => self.field.neglected_by(&self.mesh, source, channel, (factor, kernel)),
+                    None => self.radiosity.field.neglected(&self.system.mesh, source, channel, row),
+                    Some(kernel) => self.radiosity.field.neglected_by(&self.system.mesh, source, channel, (factor, kernel)),
                 };
                 *sum += steep * neglected;
             }
@@ -294,10 +294,10 @@ impl Solution {
         steep: f64,
         parts: &mut Parts,
     ) -> Result<(), Error> {
-        let (basis, element) = (self.mesh.basis(source), &self.mesh.elements()[source]);
+        let (basis, element) = (self.system.mesh.basis(source), &self.system.mesh.elements()[source]);
         let sight = self.sight_from(station, source, sight)?;
         let with_error = |channel: usize| -> Vec<f64> {
-            let held = self.field.coefficients(source, channel, basis.len());
+            let held = self.radiosity.field.coefficients(source, channel, basis.len());
             let field_error = self.known_error().map(|error| error.coefficients(source, channel, basis.len()));
             field_error.map_or_else(
                 || held.to_vec(),
@@ -346,11 +346,11 @@ impl Solution {
         let mut near: Vec<(f64, LeafError)> = std::mem::take(&mut parts.near).into_iter().map(size).collect();
         near.sort_by(|(a, _), (b, _)| a.total_cmp(b));
         let beside = near_edges.iter().find(|edge| edge.is_beside).map(|edge| edge.other.face);
-        let little = LITTLE * self.asked;
+        let little = LITTLE * self.budget.asked;
         let mut total = 0.0;
         for (size, leaf_error) in near {
             total += size;
-            let element = &self.mesh.elements()[leaf_error.leaf];
+            let element = &self.system.mesh.elements()[leaf_error.leaf];
             if total > little * little {
                 let sampled = self.gradient_of_samples(station, (leaf_error.leaf, &leaf_error.sight), near_edges)?;
                 for (channel, Sampled { gradient, squared_error }) in sampled.into_iter().enumerate() {
@@ -367,7 +367,7 @@ impl Solution {
     /// Distance from a point to the nearest cluster's box that is more than nothing.
     fn nearest_of(&self, station: &Station, far: &Far) -> f64 {
         let distance = |&cluster: &usize| {
-            let cluster = &self.mesh.clusters().clusters()[cluster];
+            let cluster = &self.system.mesh.clusters().clusters()[cluster];
             let (low, high) = (cluster.low - station.point, cluster.high - station.point);
             (low.max(DVec3::ZERO) + high.min(DVec3::ZERO)).length()
         };
@@ -386,25 +386,26 @@ impl Solution {
         sums.iter_mut().zip(self.direct_gradient_at(leaf, point)?).for_each(|(sum, direct)| *sum += direct);
         let receiver = self.receiver_of(leaf);
         sums.iter_mut().enumerate().for_each(|(channel, sum)| *sum += self.gradient_of_clusters(receiver, channel, point));
-        let [rho, _] = self.surfaces.reflectance_and_emission(self.mesh().elements()[leaf].face(), point);
+        let [rho, _] = self.system.surfaces.reflectance_and_emission(self.mesh().elements()[leaf].face(), point);
         Ok(sums.iter().zip(&rho).map(|(sum, rho)| *sum * *rho).collect())
     }
 
     /// The gradient of the light through clusters, projected on a receiver.
     fn gradient_of_clusters(&self, receiver: usize, channel: usize, point: DVec3) -> DVec3 {
-        let (far, basis, element) = (&self.far[receiver], self.mesh.basis(receiver), &self.mesh.elements()[receiver]);
+        let (far, basis, element) =
+            (&self.system.far[receiver], self.system.mesh.basis(receiver), &self.system.mesh.elements()[receiver]);
         if far.is_empty() {
             return DVec3::ZERO;
         }
-        let at_nodes: Vec<f64> = (0..basis.nodes().len()).map(|node| far.value(&self.field, channel, node)).collect();
+        let at_nodes: Vec<f64> = (0..basis.nodes().len()).map(|node| far.value(&self.radiosity.field, channel, node)).collect();
         let (coefficients, slopes) = (basis.project(&at_nodes), basis.slopes(element.reference(point)));
         element.gradient([0, 1].map(|k| coefficients.iter().zip(&slopes).map(|(c, s)| c * s[k]).sum()))
     }
 
     /// The part of the irradiance of lamps, at a point of a leaf.
     pub(crate) fn direct_gradient_at(&self, leaf: usize, point: DVec3) -> Result<Vec<DVec3>, Error> {
-        let emitted = |lamp: usize| self.surfaces.emitted[self.mesh().elements()[lamp].face()].chunks_exact(1).collect();
-        let lamps = self.direct.get(leaf).into_iter().flat_map(|direct| self.lamps.roots_with_sights(direct));
+        let emitted = |lamp: usize| self.system.surfaces.emitted[self.mesh().elements()[lamp].face()].chunks_exact(1).collect();
+        let lamps = self.radiosity.direct.get(leaf).into_iter().flat_map(|direct| self.system.lamps.roots_with_sights(direct));
         self.gradient_of(leaf, point, lamps.map(|(lamp, sight)| (lamp, sight, emitted(lamp))))
     }
 
@@ -412,9 +413,9 @@ impl Solution {
     pub(crate) fn reflected_gradient_at(&self, receiver: usize, point: DVec3) -> Result<Vec<DVec3>, Error> {
         let coefficients = |source: usize| {
             let len = self.mesh().basis(source).len();
-            (0..self.channels().len()).map(|channel| self.field.coefficients(source, channel, len)).collect()
+            (0..self.channels().len()).map(|channel| self.radiosity.field.coefficients(source, channel, len)).collect()
         };
-        let links = self.links[receiver].iter();
+        let links = self.system.links[receiver].iter();
         self.gradient_of(receiver, point, links.map(|link| (link.source, &link.sight, coefficients(link.source))))
     }
 
@@ -429,7 +430,7 @@ impl Solution {
         let (station, normal) = (Station::on(element, point), element.polygon().normal());
         let mut sums = vec![DVec3::ZERO; self.channels().len()];
         for (source, sight, coefficients) in sources {
-            let gradients = self.gradients_from((source, self.mesh.basis(source)), sight, &station, &coefficients)?;
+            let gradients = self.gradients_from((source, self.system.mesh.basis(source)), sight, &station, &coefficients)?;
             sums.iter_mut().zip(gradients).for_each(|(sum, gradient)| *sum += gradient.reject_from_normalized(normal));
         }
         Ok(sums)
@@ -444,14 +445,14 @@ impl Solution {
         station: &Station,
         coefficients: &[&[f64]],
     ) -> Result<Vec<DVec3>, Error> {
-        let source = &self.mesh.elements()[source_index];
+        let source = &self.system.mesh.elements()[source_index];
         self.gradients_of((source, basis), &self.sight_from(station, source_index, sight)?, station, coefficients)
     }
 
     /// A station's own sight of a source that is known to be seen past some faces.
     fn sight_from(&self, station: &Station, source: usize, sight: &Sight) -> Result<Sight, Error> {
         match sight {
-            Sight::Past(known) => station.sight(&self.mesh, source, Some(known)),
+            Sight::Past(known) => station.sight(&self.system.mesh, source, Some(known)),
             other => Ok(other.clone()),
         }
     }

@@ -15,23 +15,23 @@ impl Solution {
         if residual.mean_detail() == 0.0 {
             return residual.mean();
         }
-        let size = smallest(self.mesh.elements()[element].radius() / self.extent, 1.0);
-        let fades: f64 = std::iter::repeat_n(size, self.mesh.basis(element).degree() + 1).product();
+        let size = smallest(self.system.mesh.elements()[element].radius() / self.system.extent, 1.0);
+        let fades: f64 = std::iter::repeat_n(size, self.system.mesh.basis(element).degree() + 1).product();
         residual.mean() + residual.mean_detail() * fades
     }
 
     pub(super) fn residual_on_leaf(&self, leaf: usize, channel: usize) -> Residual {
-        let (element, basis) = (&self.mesh.elements()[leaf], self.mesh.basis(leaf));
-        let rho = self.surfaces.reflectance[element.face()][channel];
+        let (element, basis) = (&self.system.mesh.elements()[leaf], self.system.mesh.basis(leaf));
+        let rho = self.system.surfaces.reflectance[element.face()][channel];
         let mut residual = Residual::project(element, basis, &self.direct_samples(leaf, channel));
-        if let Some(pattern) = self.surfaces.pattern(leaf, channel) {
+        if let Some(pattern) = self.system.surfaces.pattern(leaf, channel) {
             let detail = pattern.detail(basis, &self.direct_irradiance(leaf, channel), false);
             residual = residual.textured(element, pattern, rho, detail);
         }
-        if let Some(unseen) = &self.unseen[leaf] {
+        if let Some(unseen) = &self.radiosity.unseen[leaf] {
             residual = residual.with_unseen(element, basis.nodes().len(), unseen[channel].map(|light| rho * light));
         }
-        for lit in &self.direct[leaf].nodes {
+        for lit in &self.radiosity.direct[leaf].nodes {
             let [clear, past] = lit.likely[channel];
             residual.largest.computation = largest(residual.largest.computation, rho * clear);
             residual.largest.visibility = largest(residual.largest.visibility, rho * past);
@@ -41,46 +41,48 @@ impl Solution {
 
     /// For each channel, bounds on the light of lamps that no node of a leaf sees, at most and in the mean, if there may be any.
     pub(super) fn unseen_on(&self, leaf: usize) -> Option<Vec<[f64; 2]>> {
-        let lamps: Vec<(usize, &[usize])> = self.direct[leaf].unseen(&self.lamps).collect();
+        let lamps: Vec<(usize, &[usize])> = self.radiosity.direct[leaf].unseen(&self.system.lamps).collect();
         let unseen_in = |channel: usize| {
-            let emitted = |root: usize| self.surfaces.emitted[self.mesh.elements()[root].face()][channel];
+            let emitted = |root: usize| self.system.surfaces.emitted[self.system.mesh.elements()[root].face()][channel];
             let sources = lamps.iter().map(|&(root, faces)| (root, faces, emitted(root)));
             self.outlined().unseen(leaf, sources)
         };
-        (!lamps.is_empty()).then(|| (0..self.channels.len()).map(unseen_in).collect())
+        (!lamps.is_empty()).then(|| (0..self.system.channels.len()).map(unseen_in).collect())
     }
 
     /// What the projection of direct light leaves out, everywhere.
     pub(super) fn residuals_of_direct(&self) -> Residuals {
-        let channels = self.channels.len();
-        if self.direct.is_empty() {
-            return vec![vec![Residual::default(); channels]; self.mesh.elements().len()];
+        let channels = self.system.channels.len();
+        if self.radiosity.direct.is_empty() {
+            return vec![vec![Residual::default(); channels]; self.system.mesh.elements().len()];
         }
-        let leaves: Vec<usize> = self.mesh.leaves().collect();
+        let leaves: Vec<usize> = self.system.mesh.leaves().collect();
         let on_leaf = |&leaf: &usize| (0..channels).map(|channel| self.residual_on_leaf(leaf, channel)).collect();
         let residuals = leaves.par_iter().map(on_leaf).collect();
-        Residual::everywhere(&self.mesh, &leaves, residuals, channels)
+        Residual::everywhere(&self.system.mesh, &leaves, residuals, channels)
     }
 
     /// What receivers leave out of the reflected light, everywhere.
     pub(super) fn residuals_of_reflected(&self) -> Residuals {
-        let channels = self.channels.len();
+        let channels = self.system.channels.len();
         let on_receiver = |&receiver: &usize| (0..channels).map(|channel| self.residual_on_receiver(receiver, channel)).collect();
-        let residuals = self.receivers.par_iter().map(on_receiver).collect();
-        Residual::everywhere(&self.mesh, &self.receivers, residuals, channels)
+        let residuals = self.system.receivers.par_iter().map(on_receiver).collect();
+        Residual::everywhere(&self.system.mesh, &self.system.receivers, residuals, channels)
     }
 
     fn residual_on_receiver(&self, receiver: usize, channel: usize) -> Residual {
-        let (element, basis, links) = (&self.mesh.elements()[receiver], self.mesh.basis(receiver), &self.links[receiver]);
-        let (rho, emitted) = (self.surfaces.reflectance[element.face()][channel], self.surfaces.emitted[element.face()][channel]);
+        let (element, basis, links) =
+            (&self.system.mesh.elements()[receiver], self.system.mesh.basis(receiver), &self.system.links[receiver]);
+        let (rho, emitted) =
+            (self.system.surfaces.reflectance[element.face()][channel], self.system.surfaces.emitted[element.face()][channel]);
         let emitted = if self.is_lamp(element.face()) { 0.0 } else { emitted };
-        let far = &self.far[receiver];
-        let at_nodes = irradiance(&self.mesh, &self.field, links, far, channel, basis.nodes().len());
+        let far = &self.system.far[receiver];
+        let at_nodes = irradiance(&self.system.mesh, &self.radiosity.field, links, far, channel, basis.nodes().len());
         let samples: Vec<f64> = at_nodes.iter().map(|h| rho * h).collect();
         let mut residual = Residual::project(element, basis, &samples);
 
-        let held = &self.own[receiver][channel * basis.len()..(channel + 1) * basis.len()];
-        let mut difference = match self.surfaces.pattern(receiver, channel) {
+        let held = &self.radiosity.own[receiver][channel * basis.len()..(channel + 1) * basis.len()];
+        let mut difference = match self.system.surfaces.pattern(receiver, channel) {
             None => basis.project(&samples),
             Some(pattern) => {
                 let projected = basis.project(&at_nodes);
@@ -95,20 +97,27 @@ impl Solution {
             // All samples are 0, and say nothing of light between the nodes.
             let past = links.iter().filter(|link| matches!(link.sight, Sight::Past(_)));
             let size = |source: usize| {
-                self.mesh.basis(source).magnitude(self.field.coefficients(source, channel, self.mesh.basis(source).len()))
-                    + self.field.left_out(source, channel)
+                self.system.mesh.basis(source).magnitude(self.radiosity.field.coefficients(
+                    source,
+                    channel,
+                    self.system.mesh.basis(source).len(),
+                )) + self.radiosity.field.left_out(source, channel)
             };
             let sources = past.map(|link| (link.source, link.sight.faces(), size(link.source)));
             let unseen = self.outlined().unseen(receiver, sources);
             residual = residual.with_unseen(element, basis.nodes().len(), unseen.map(|light| rho * light));
         }
         for (node, sample) in samples.iter().enumerate() {
-            let mut neglected = far.likely(&self.field, channel, node);
+            let mut neglected = far.likely(&self.radiosity.field, channel, node);
             let (mut clear, mut past) = (0.0, 0.0);
             for link in links {
                 let row = &link.rows[node];
-                neglected += self.field.neglected(&self.mesh, link.source, channel, row);
-                let size = row.likely_error_of(self.field.coefficients(link.source, channel, self.mesh.basis(link.source).len()));
+                neglected += self.radiosity.field.neglected(&self.system.mesh, link.source, channel, row);
+                let size = row.likely_error_of(self.radiosity.field.coefficients(
+                    link.source,
+                    channel,
+                    self.system.mesh.basis(link.source).len(),
+                ));
                 if matches!(link.sight, Sight::Past(_)) { past += size } else { clear += size }
             }
             // The sums themselves round.

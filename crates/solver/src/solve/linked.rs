@@ -23,59 +23,60 @@ const FEW: usize = 300;
 impl Solution {
     /// Links receivers that have none, to what their parent's links had for sources; these go.
     pub(super) fn link(&mut self, allowed: f64, clock: Clock) -> Result<(), Error> {
-        self.links.resize(self.mesh.elements().len(), Vec::new());
-        self.far.resize(self.mesh.elements().len(), Far::default());
-        self.own.resize(self.mesh.elements().len(), Vec::new());
-        let new: Vec<usize> = self.receivers.iter().copied().filter(|&receiver| !self.gathers(receiver)).collect();
+        self.system.links.resize(self.system.mesh.elements().len(), Vec::new());
+        self.system.far.resize(self.system.mesh.elements().len(), Far::default());
+        self.radiosity.own.resize(self.system.mesh.elements().len(), Vec::new());
+        let new: Vec<usize> = self.system.receivers.iter().copied().filter(|&receiver| !self.gathers(receiver)).collect();
         let links = match self.links_of(&new, allowed, clock)? {
             Some(links) => links,
             None => {
                 // There is no time to link all elements to all others.
-                self.mesh.cluster();
-                self.field.pull(&self.mesh);
+                self.system.mesh.cluster();
+                self.radiosity.field.pull(&self.system.mesh);
                 self.links_of(&new, allowed, clock)?.unwrap_or_default()
             }
         };
         for (&receiver, (links, far)) in new.iter().zip(links) {
-            (self.links[receiver], self.far[receiver]) = (links, far);
-            let basis = self.mesh.basis(receiver);
+            (self.system.links[receiver], self.system.far[receiver]) = (links, far);
+            let basis = self.system.mesh.basis(receiver);
             let len = basis.len();
-            let restricted = |channel: usize| match self.mesh.elements()[receiver].parent().map(|p| &self.own[p]) {
+            let restricted = |channel: usize| match self.system.mesh.elements()[receiver].parent().map(|p| &self.radiosity.own[p])
+            {
                 Some(own) if !own.is_empty() => {
-                    basis.restrict(self.mesh.child(receiver), &own[channel * len..(channel + 1) * len])
+                    basis.restrict(self.system.mesh.child(receiver), &own[channel * len..(channel + 1) * len])
                 }
                 _ => vec![0.0; len],
             };
-            self.own[receiver] = (0..self.channels.len()).flat_map(restricted).collect();
+            self.radiosity.own[receiver] = (0..self.system.channels.len()).flat_map(restricted).collect();
         }
-        let mut receives = vec![false; self.links.len()];
-        self.receivers.iter().for_each(|&receiver| receives[receiver] = true);
-        for index in (0..self.links.len()).filter(|&index| !receives[index]) {
-            (self.links[index], self.far[index]) = (Vec::new(), Far::default());
-            self.own[index] = Vec::new();
+        let mut receives = vec![false; self.system.links.len()];
+        self.system.receivers.iter().for_each(|&receiver| receives[receiver] = true);
+        for index in (0..self.system.links.len()).filter(|&index| !receives[index]) {
+            (self.system.links[index], self.system.far[index]) = (Vec::new(), Far::default());
+            self.radiosity.own[index] = Vec::new();
         }
         Ok(())
     }
 
     /// The first links of some receivers: none in a scene without light. `None` if there are no clusters, and no time for all.
     fn links_of(&self, new: &[usize], allowed: f64, clock: Clock) -> Result<Option<Vec<Linked>>, Error> {
-        if self.surfaces.are_dark() {
+        if self.system.surfaces.are_dark() {
             return Ok(Some(vec![Linked::default(); new.len()]));
         }
         let optics = self.optics();
         let of_parent = |element: usize| {
-            let parent = self.mesh.elements()[element].parent().filter(|&parent| self.gathers(parent))?;
-            Some((&self.links[parent][..], &self.far[parent]))
+            let parent = self.system.mesh.elements()[element].parent().filter(|&parent| self.gathers(parent))?;
+            Some((&self.system.links[parent][..], &self.system.far[parent]))
         };
         let mean_area = self.mean_area();
-        let is_long = self.mesh.clusters().root().is_none() && new.len() > FEW;
+        let is_long = self.system.mesh.clusters().root().is_none() && new.len() > FEW;
         let link_receiver = |receiver: usize| {
             let of_parent = of_parent(receiver);
             if is_long && of_parent.is_none() && clock.is_over() {
                 return Ok(None);
             }
             let (weight, without_order) = (&self.weight(receiver), self.without_order(receiver, mean_area));
-            let need = Need { field: &self.field, weight, allowed, without_order, clock };
+            let need = Need { field: &self.radiosity.field, weight, allowed, without_order, clock };
             optics.first_links(Gatherer::Element(receiver), of_parent, &need).map(Some)
         };
         Ok(for_each(new, link_receiver)?.into_iter().collect())
@@ -84,20 +85,20 @@ impl Solution {
     /// How much more the clusters of a receiver may be off by than its links may neglect. Errors without order of many receivers add up by
     /// their squares, so that those of small ones count for less.
     fn without_order(&self, receiver: usize, mean_area: f64) -> f64 {
-        if self.mesh.clusters().root().is_none() {
+        if self.system.mesh.clusters().root().is_none() {
             return WITHOUT_ORDER;
         }
-        WITHOUT_ORDER * (mean_area / self.mesh.elements()[receiver].area()).sqrt().clamp(FINER, ROUGHER)
+        WITHOUT_ORDER * (mean_area / self.system.mesh.elements()[receiver].area()).sqrt().clamp(FINER, ROUGHER)
     }
 
     /// The mean area of receivers.
     fn mean_area(&self) -> f64 {
-        self.mesh.area() / self.receivers.len() as f64
+        self.system.mesh.area() / self.system.receivers.len() as f64
     }
 
     /// What an error of the irradiance counts for, relative to what errors are.
     fn weight(&self, receiver: usize) -> Vec<f64> {
-        let mut weight = self.weight_of(&self.surfaces.reflectance[self.mesh.elements()[receiver].face()]);
+        let mut weight = self.weight_of(&self.system.surfaces.reflectance[self.system.mesh.elements()[receiver].face()]);
         weight.iter_mut().enumerate().for_each(|(channel, weight)| *weight *= self.carefully(receiver, channel));
         weight
     }
@@ -109,30 +110,31 @@ impl Solution {
 
     /// The same where all of the irradiance counts.
     pub(super) fn whole_weight(&self) -> Vec<f64> {
-        self.weight_of(&vec![1.0; self.channels.len()])
+        self.weight_of(&vec![1.0; self.system.channels.len()])
     }
 
     /// Refines links of all receivers, until there is no time. Returns whether any was.
     pub(super) fn refine(&mut self, allowed: f64, clock: Clock) -> Result<bool, Error> {
-        let (links, far) = (&mut self.links, &mut self.far);
+        let (links, far) = (&mut self.system.links, &mut self.system.far);
         let take = |&receiver: &usize| (std::mem::take(&mut links[receiver]), std::mem::take(&mut far[receiver]));
-        let taken: Vec<(Vec<Link>, Far)> = self.receivers.iter().map(take).collect();
+        let taken: Vec<(Vec<Link>, Far)> = self.system.receivers.iter().map(take).collect();
         let (optics, mean_area) = (self.optics(), self.mean_area());
         let refined: Vec<(Vec<Link>, Far, bool)> = self
+            .system
             .receivers
             .par_iter()
             .zip(taken)
             .map(|(&receiver, (mut links, mut far))| {
                 let (weight, without_order) = (&self.weight(receiver), self.without_order(receiver, mean_area));
-                let need = Need { field: &self.field, weight, allowed, without_order, clock };
+                let need = Need { field: &self.radiosity.field, weight, allowed, without_order, clock };
                 let changed = optics.refine(Gatherer::Element(receiver), (&mut links, &mut far), &need)?;
                 Ok((links, far, changed))
             })
             .collect::<Result<_, Error>>()?;
         let mut any = false;
-        for (&receiver, (links, far, changed)) in self.receivers.iter().zip(refined) {
+        for (&receiver, (links, far, changed)) in self.system.receivers.iter().zip(refined) {
             any |= changed;
-            (self.links[receiver], self.far[receiver]) = (links, far);
+            (self.system.links[receiver], self.system.far[receiver]) = (links, far);
         }
         Ok(any)
     }

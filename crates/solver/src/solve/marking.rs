@@ -37,32 +37,42 @@ const CUBIC: usize = 3;
 impl Solution {
     /// Samples of direct light on a leaf.
     pub(crate) fn direct_on(&self, leaf: usize) -> Result<Samples, Error> {
-        let lit = &self.direct[leaf].nodes;
-        let nodes = (0..self.channels.len()).map(|channel| lit.iter().map(|lit| lit.irradiance[channel]).collect());
+        let lit = &self.radiosity.direct[leaf].nodes;
+        let nodes = (0..self.system.channels.len()).map(|channel| lit.iter().map(|lit| lit.irradiance[channel]).collect());
         let corner = |point| Ok((self.direct_at(leaf, point)?, self.direct_gradient_at(leaf, point)?));
         Ok(Samples { nodes: nodes.collect(), corners: self.at_corners(leaf, corner)? })
     }
 
     /// Samples of reflected light on a receiver.
     pub(crate) fn reflected_on(&self, receiver: usize) -> Result<Samples, Error> {
-        let count = self.mesh.basis(receiver).nodes().len();
-        let at_nodes = |channel| irradiance(&self.mesh, &self.field, &self.links[receiver], &self.far[receiver], channel, count);
-        let corner = |point| Ok((self.gathered_at(&self.field, receiver, point)?, self.reflected_gradient_at(receiver, point)?));
-        let nodes = (0..self.channels.len()).map(at_nodes).collect();
+        let count = self.system.mesh.basis(receiver).nodes().len();
+        let at_nodes = |channel| {
+            irradiance(
+                &self.system.mesh,
+                &self.radiosity.field,
+                &self.system.links[receiver],
+                &self.system.far[receiver],
+                channel,
+                count,
+            )
+        };
+        let corner =
+            |point| Ok((self.gathered_at(&self.radiosity.field, receiver, point)?, self.reflected_gradient_at(receiver, point)?));
+        let nodes = (0..self.system.channels.len()).map(at_nodes).collect();
         Ok(Samples { nodes, corners: self.at_corners(receiver, corner)? })
     }
 
     fn at_corners<T>(&self, element: usize, of: impl Fn(DVec3) -> Result<T, Error>) -> Result<Vec<T>, Error> {
-        if self.mesh.basis(element).degree() >= CUBIC {
+        if self.system.mesh.basis(element).degree() >= CUBIC {
             return Ok(Vec::new());
         }
-        let element = &self.mesh.elements()[element];
+        let element = &self.system.mesh.elements()[element];
         element.polygon().vertices().iter().map(|&corner| of(corner + (element.centre() - corner) * INWARD)).collect()
     }
 
     /// Mean square over an element of what the basis leaves out of a light, relative to the mean radiosity, summed over channels.
     pub(crate) fn mean_square_residual(&self, element: usize, light: &Samples) -> f64 {
-        let (basis, element) = (self.mesh.basis(element), &self.mesh.elements()[element]);
+        let (basis, element) = (self.system.mesh.basis(element), &self.system.mesh.elements()[element]);
         let (lines, part): (&[[usize; 2]], f64) = match element.shape() {
             Shape::Parallelogram => (&[[0, 1], [2, 3], [1, 2], [3, 0]], 0.5),
             Shape::Triangle => (&[[0, 1], [1, 2], [2, 0]], 1.0 / 3.0),
@@ -80,22 +90,26 @@ impl Solution {
             let square = rho * rho * if light.corners.is_empty() { by_nodes } else { 0.5 * (by_gradient() + by_nodes) };
             if square > 0.0 { square / self.mean()[channel].powi(2) } else { 0.0 }
         };
-        self.surfaces.reflectance[element.face()].iter().enumerate().map(of_channel).sum()
+        self.system.surfaces.reflectance[element.face()].iter().enumerate().map(of_channel).sum()
     }
 
     /// Irradiance of lamps at a point of a leaf.
     pub(super) fn direct_at(&self, leaf: usize, point: DVec3) -> Result<Vec<f64>, Error> {
-        let station = Station::on(&self.mesh.elements()[leaf], point);
-        Ok(self.lamps.irradiance(&self.optics(), &self.surfaces, &station, self.direct[leaf].sights())?.irradiance)
+        let station = Station::on(&self.system.mesh.elements()[leaf], point);
+        Ok(self
+            .system
+            .lamps
+            .irradiance(&self.optics(), &self.system.surfaces, &station, self.radiosity.direct[leaf].sights())?
+            .irradiance)
     }
 
     /// Irradiance of a light at a point of a receiver, by its links; like the gradient without light through clusters.
     pub(super) fn gathered_at(&self, light: &Field, receiver: usize, point: DVec3) -> Result<Vec<f64>, Error> {
-        let (optics, station) = (self.optics(), Station::on(&self.mesh.elements()[receiver], point));
+        let (optics, station) = (self.optics(), Station::on(&self.system.mesh.elements()[receiver], point));
         let mut sums = vec![0.0; self.channels().len()];
         let weight = self.whole_weight();
-        for link in &self.links[receiver] {
-            let count = self.mesh.basis(link.source).len();
+        for link in &self.system.links[receiver] {
+            let count = self.system.mesh.basis(link.source).len();
             let row = optics.for_light(light, link.source, &weight).receive(&station, link.source, &link.sight, count)?;
             for (channel, sum) in sums.iter_mut().enumerate() {
                 *sum += light.coefficients(link.source, channel, count).iter().zip(&row.values).map(|(c, v)| c * v).sum::<f64>();

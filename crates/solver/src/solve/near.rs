@@ -44,11 +44,11 @@ impl Solution {
         (leaf, sight): (usize, &Sight),
         near_edges: &[Lacking],
     ) -> Result<Vec<Sampled>, Error> {
-        let element = &self.mesh.elements()[leaf];
+        let element = &self.system.mesh.elements()[leaf];
         let basis = Basis::linear(element.shape());
-        let mut gradients = vec![Sampled::default(); self.channels.len()];
+        let mut gradients = vec![Sampled::default(); self.system.channels.len()];
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cast saturates, and the limits are small")]
-        let divisions = (self.asked.log(0.25).ceil() as u32).clamp(DIVISIONS[0], DIVISIONS[1]);
+        let divisions = (self.budget.asked.log(0.25).ceil() as u32).clamp(DIVISIONS[0], DIVISIONS[1]);
         let mut open = element.divided(leaf, basis)?;
         while let Some(cell) = open.pop() {
             if cell.nearness_to(station.point) > NEAR && cell.level() < element.level() + divisions {
@@ -93,18 +93,18 @@ impl Solution {
             let values: Vec<f64> = samples.iter().map(|sample| sample.as_ref().map_or(mean, value)).collect();
             basis.project(&values)
         };
-        Ok(Some((0..self.channels.len()).map(of_channel).collect()))
+        Ok(Some((0..self.system.channels.len()).map(of_channel).collect()))
     }
 
     /// The error `C - q` of a place of a leaf, with what edges near by add to it; `None` if q is not known.
     pub(super) fn off_at(&self, leaf: usize, place: DVec3, near_edges: &[Lacking]) -> Result<Sample, Error> {
-        let face = self.mesh.elements()[leaf].face();
+        let face = self.system.mesh.elements()[leaf].face();
         let sample = || {
             let Some(taken) = self.taken_at(face, place) else { return Ok(None) };
             let [_, radiosity] = self.corrected_at(leaf, place)?;
             Ok(Some(radiosity.iter().zip(taken).map(|(radiosity, taken)| radiosity - taken).collect()))
         };
-        let Some(mut defect) = self.kept.get_or_evaluate(leaf, place, sample)? else { return Ok(None) };
+        let Some(mut defect) = self.caches.kept.get_or_evaluate(leaf, place, sample)? else { return Ok(None) };
         for edge in near_edges.iter().filter(|edge| edge.other.face == face) {
             let Some(more) = edge.other.more_at(place) else { continue };
             defect.iter_mut().zip(more).for_each(|(defect, more)| *defect += more);

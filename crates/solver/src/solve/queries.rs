@@ -13,13 +13,13 @@ impl Solution {
     /// The mesh, in the coordinates of [`Self::placement`].
     #[must_use]
     pub const fn mesh(&self) -> &Mesh {
-        &self.mesh
+        &self.system.mesh
     }
 
     /// Names of the channels.
     #[must_use]
     pub fn channels(&self) -> &[String] {
-        &self.channels
+        &self.system.channels
     }
 
     /// How far it came.
@@ -31,13 +31,13 @@ impl Solution {
     /// Mean radiosity over all area, in each channel.
     #[must_use]
     pub fn mean(&self) -> &[f64] {
-        &self.mean
+        &self.radiosity.mean
     }
 
     /// The part of the mean radiosity over all area that is reflected, in each channel.
     #[must_use]
     pub fn reflected(&self) -> &[f64] {
-        &self.reflected
+        &self.radiosity.reflected
     }
 
     /// The reference of relative errors, in each channel.
@@ -69,7 +69,8 @@ impl Solution {
     /// Adds to the mean what is found of its error.
     pub(super) fn correct_mean(&mut self) {
         let corrections: Vec<f64> = self.mean_error().iter().map(|error| error.correction).collect();
-        for ((mean, reflected), correction) in self.mean.iter_mut().zip(&mut self.reflected).zip(corrections) {
+        for ((mean, reflected), correction) in self.radiosity.mean.iter_mut().zip(&mut self.radiosity.reflected).zip(corrections)
+        {
             // No less than what is emitted.
             let correction = largest(correction, -*reflected);
             (*mean, *reflected) = (*mean + correction, *reflected + correction);
@@ -80,7 +81,7 @@ impl Solution {
     pub(super) fn mean_error(&self) -> &[MeanError] {
         // Where no importance is found what gathers are off by is an estimate, too.
         let without_sign = || self.error_estimate.mean.iter().copied().map(MeanError::without_sign).collect();
-        self.estimated.get_or_init(|| self.estimate_mean().ok().flatten().unwrap_or_else(without_sign))
+        self.caches.estimated.get_or_init(|| self.estimate_mean().ok().flatten().unwrap_or_else(without_sign))
     }
 
     /// Estimate of the error of the polynomial on a leaf, the most at any point of it, in each channel; it holds for [`Self::value_on`] and for
@@ -94,29 +95,30 @@ impl Solution {
                 + direct[leaf][c].whole()
                 + reflected[receiver][c].whole()
         };
-        (0..self.channels.len()).map(ledger).collect()
+        (0..self.system.channels.len()).map(ledger).collect()
     }
 
     /// Value of the polynomial on a leaf, in a channel; no less than [`Self::least_on`].
     #[must_use]
     pub fn value_on(&self, leaf: usize, channel: usize, reference: [f64; 2]) -> f64 {
-        let (basis, face) = (self.mesh.basis(leaf), self.mesh.elements()[leaf].face());
+        let (basis, face) = (self.system.mesh.basis(leaf), self.system.mesh.elements()[leaf].face());
         let values = basis.values(reference);
-        let sent: f64 = self.field.coefficients(leaf, channel, basis.len()).iter().zip(values).map(|(c, v)| c * v).sum();
+        let sent: f64 =
+            self.radiosity.field.coefficients(leaf, channel, basis.len()).iter().zip(values).map(|(c, v)| c * v).sum();
         largest(sent + self.lamp_on(face, channel), self.least_on(leaf, channel))
     }
 
     /// The least radiosity that there can be on a leaf: what its face emits, if it does evenly, and 0 else.
     #[must_use]
     pub fn least_on(&self, leaf: usize, channel: usize) -> f64 {
-        let face = self.mesh.elements()[leaf].face();
-        if self.surfaces.glows_by_texture(face) { 0.0 } else { self.surfaces.emitted[face][channel] }
+        let face = self.system.mesh.elements()[leaf].face();
+        if self.system.surfaces.glows_by_texture(face) { 0.0 } else { self.system.surfaces.emitted[face][channel] }
     }
 
     /// Coefficients of the polynomial on a leaf, with what it emits as a lamp, in a channel.
     pub(crate) fn coefficients_on(&self, leaf: usize, channel: usize) -> Vec<f64> {
-        let mut coefficients = self.field.coefficients(leaf, channel, self.mesh.basis(leaf).len()).to_vec();
-        coefficients[0] += self.lamp_on(self.mesh.elements()[leaf].face(), channel);
+        let mut coefficients = self.radiosity.field.coefficients(leaf, channel, self.system.mesh.basis(leaf).len()).to_vec();
+        coefficients[0] += self.lamp_on(self.system.mesh.elements()[leaf].face(), channel);
         coefficients
     }
 
@@ -124,20 +126,20 @@ impl Solution {
     #[must_use]
     pub fn irradiance_on(&self, leaf: usize, channel: usize) -> Vec<f64> {
         let receiver = self.receiver_of(leaf);
-        let above = self.mesh.basis(receiver);
-        let (links, far) = (&self.links[receiver], &self.far[receiver]);
-        let at_nodes = irradiance(&self.mesh, &self.field, links, far, channel, above.nodes().len());
+        let above = self.system.mesh.basis(receiver);
+        let (links, far) = (&self.system.links[receiver], &self.system.far[receiver]);
+        let at_nodes = irradiance(&self.system.mesh, &self.radiosity.field, links, far, channel, above.nodes().len());
         let mut path: Vec<usize> = Vec::new();
         let mut ancestor = leaf;
         while ancestor != receiver
-            && let Some(parent) = self.mesh.elements()[ancestor].parent()
+            && let Some(parent) = self.system.mesh.elements()[ancestor].parent()
         {
             path.push(ancestor);
             ancestor = parent;
         }
-        let restricted = |held: Vec<f64>, element: usize| above.restrict(self.mesh.child(element), &held);
+        let restricted = |held: Vec<f64>, element: usize| above.restrict(self.system.mesh.child(element), &held);
         let mut whole = path.into_iter().rev().fold(above.project(&at_nodes), restricted);
-        if !self.direct.is_empty() {
+        if !self.radiosity.direct.is_empty() {
             whole.iter_mut().zip(self.direct_irradiance(leaf, channel)).for_each(|(h, direct)| *h += direct);
         }
         whole
@@ -148,8 +150,8 @@ impl Solution {
     /// `irradiance` is that of [`Self::irradiance_on`].
     #[must_use]
     pub fn textured_on(&self, leaf: usize, channel: usize, irradiance: &[f64], reference: [f64; 2]) -> f64 {
-        let (basis, element) = (self.mesh.basis(leaf), &self.mesh.elements()[leaf]);
-        let [rho, emitted] = self.surfaces.reflectance_and_emission(element.face(), element.point(reference));
+        let (basis, element) = (self.system.mesh.basis(leaf), &self.system.mesh.elements()[leaf]);
+        let [rho, emitted] = self.system.surfaces.reflectance_and_emission(element.face(), element.point(reference));
         let received: f64 = irradiance.iter().zip(basis.values(reference)).map(|(c, v)| c * v).sum();
         emitted[channel] + rho[channel] * received
     }
@@ -157,19 +159,19 @@ impl Solution {
     /// Gradient of the polynomial on a leaf over the leaf's plane, in a channel; in the unit of length of [`Self::placement`].
     #[must_use]
     pub fn gradient_on(&self, leaf: usize, channel: usize, reference: [f64; 2]) -> DVec3 {
-        let basis = self.mesh.basis(leaf);
-        let coefficients = self.field.coefficients(leaf, channel, basis.len());
+        let basis = self.system.mesh.basis(leaf);
+        let coefficients = self.radiosity.field.coefficients(leaf, channel, basis.len());
         let slopes = basis.slopes(reference);
         let along = |k: usize| coefficients.iter().zip(&slopes).map(|(c, s)| c * s[k]).sum::<f64>();
-        self.mesh.elements()[leaf].gradient([along(0), along(1)])
+        self.system.mesh.elements()[leaf].gradient([along(0), along(1)])
     }
 
     /// Estimate of the length of the error of [`Self::gradient_on`]: the gradient of the next degree, which the samples at the
     /// nodes have, and their part beyond it over the leaf's radius.
     #[must_use]
     pub fn gradient_estimate_on(&self, leaf: usize, channel: usize, reference: [f64; 2]) -> f64 {
-        let (element, detail) = (&self.mesh.elements()[leaf], &self.details()[leaf][channel]);
-        let Some(above) = self.mesh.basis(leaf).above() else { return f64::INFINITY };
+        let (element, detail) = (&self.system.mesh.elements()[leaf], &self.details()[leaf][channel]);
+        let Some(above) = self.system.mesh.basis(leaf).above() else { return f64::INFINITY };
         let slopes = above.slopes(reference);
         let along = |k: usize| detail.coefficients.iter().zip(&slopes).map(|(c, s)| c * s[k]).sum::<f64>();
         element.gradient([along(0), along(1)]).length() + detail.truncation * (above.degree() as f64) / element.radius()

@@ -161,16 +161,16 @@ impl Touching {
 impl Solution {
     /// The part of the error of gathers that is known, on the receivers; `None` if it grows without end or cannot be evaluated.
     pub(super) fn known_error(&self) -> Option<&Field> {
-        self.known_error.get_or_init(|| self.solve_error().ok().flatten()).as_ref()
+        self.caches.known_error.get_or_init(|| self.solve_error().ok().flatten()).as_ref()
     }
 
     fn solve_error(&self) -> Result<Option<Field>, Error> {
-        let (mesh, channels) = (&self.mesh, self.channels.len());
+        let (mesh, channels) = (&self.system.mesh, self.system.channels.len());
         let mut source = vec![Vec::new(); mesh.elements().len()];
         let mut own = source.clone();
-        let emitted = for_each(&self.receivers, |receiver| self.error_emitted(receiver))?;
+        let emitted = for_each(&self.system.receivers, |receiver| self.error_emitted(receiver))?;
         let mut scale = vec![0.0; channels];
-        for (&receiver, emitted) in self.receivers.iter().zip(emitted) {
+        for (&receiver, emitted) in self.system.receivers.iter().zip(emitted) {
             let len = mesh.basis(receiver).len();
             scale.iter_mut().zip(emitted.chunks_exact(len)).for_each(|(most, of)| {
                 *most = of.iter().fold(*most, |most, c| largest(most, c.abs()));
@@ -180,8 +180,8 @@ impl Solution {
         }
         scale.iter_mut().filter(|scale| **scale == 0.0).for_each(|scale| *scale = 1.0);
         let mut error = Field::dark(mesh, channels);
-        let (surfaces, receivers) = (&self.surfaces, &self.receivers[..]);
-        let equation = Equation { mesh, surfaces, receivers, links: &self.links, far: &self.far, source: &source };
+        let (surfaces, receivers) = (&self.system.surfaces, &self.system.receivers[..]);
+        let equation = Equation { mesh, surfaces, receivers, links: &self.system.links, far: &self.system.far, source: &source };
         let mut acceleration = Acceleration::default();
         for _ in 0..MOST_SWEEPS {
             if equation.sweep(&mut error, &mut own, &scale) <= SOLVED {
@@ -195,13 +195,14 @@ impl Solution {
 
     /// The projection of `rho G d` on a receiver, as far as a rule for the first degree sees it, channel after channel.
     fn error_emitted(&self, receiver: usize) -> Result<Vec<f64>, Error> {
-        let (element, channels, len) = (&self.mesh.elements()[receiver], self.channels.len(), self.mesh.basis(receiver).len());
+        let (element, channels, len) =
+            (&self.system.mesh.elements()[receiver], self.system.channels.len(), self.system.mesh.basis(receiver).len());
         let mut emitted = vec![0.0; len * channels];
-        if self.surfaces.reflectance[element.face()].iter().all(|rho| *rho == 0.0) {
+        if self.system.surfaces.reflectance[element.face()].iter().all(|rho| *rho == 0.0) {
             return Ok(emitted);
         }
         let basis = Basis::linear(element.shape());
-        let links = &self.links[receiver];
+        let links = &self.system.links[receiver];
         // The last node is near the middle.
         let term = |link| {
             let Link { source, sight, rows, .. }: &Link = link;
@@ -213,21 +214,21 @@ impl Solution {
         for (channel, emitted) in emitted.chunks_exact_mut(len).enumerate() {
             let samples: Vec<f64> = at_nodes.iter().map(|details| details[channel].total()).collect();
             emitted.iter_mut().zip(basis.project(&samples)).for_each(|(emitted, of)| *emitted = of);
-            self.surfaces.reflect(&self.mesh, receiver, channel, emitted);
+            self.system.surfaces.reflect(&self.system.mesh, receiver, channel, emitted);
         }
         Ok(emitted)
     }
 
     /// Whether details are of the light itself: where clusters are gathered from by rays they are the noise of those.
     pub(super) fn has_sure_details(&self) -> bool {
-        self.receivers.iter().all(|&receiver| self.far[receiver].is_empty())
+        self.system.receivers.iter().all(|&receiver| self.system.far[receiver].is_empty())
     }
 
     /// A source in pieces that a station sees from afar, or that are leaves.
     fn pieces(&self, station: &Station, source: usize, row: &Row) -> Vec<Piece> {
         let (mut found, mut open) = (Vec::new(), vec![self.whole_of(station, source, row)]);
         while let Some(piece) = open.pop() {
-            match self.mesh.elements()[piece.source].children() {
+            match self.system.mesh.elements()[piece.source].children() {
                 Some(first) if piece.near > NEAR => open.extend(self.children_of(station, &piece, first)),
                 _ => found.push(piece),
             }
@@ -236,20 +237,22 @@ impl Solution {
     }
 
     fn whole_of(&self, station: &Station, source: usize, row: &Row) -> Piece {
-        let count = self.mesh.basis(source).len();
-        let linked = (0..self.channels.len()).map(|channel| self.field.coefficients(source, channel, count).to_vec()).collect();
-        let neglected = |channel| self.field.neglected(&self.mesh, source, channel, row);
+        let count = self.system.mesh.basis(source).len();
+        let linked = (0..self.system.channels.len())
+            .map(|channel| self.radiosity.field.coefficients(source, channel, count).to_vec())
+            .collect();
+        let neglected = |channel| self.radiosity.field.neglected(&self.system.mesh, source, channel, row);
         self.piece(station, (source, row.likely_factor(), row.kernel.smooth), linked, neglected)
     }
 
     fn children_of(&self, station: &Station, piece: &Piece, first: usize) -> Vec<Piece> {
         let child_of = |child: usize| {
             let source = first + child;
-            let mut kernel = Kernel::bound(station, &self.mesh.elements()[source]);
+            let mut kernel = Kernel::bound(station, &self.system.mesh.elements()[source]);
             kernel.smooth &= piece.is_smooth;
             let factor = smallest(kernel.peak, piece.factor);
-            let linked = piece.linked.iter().map(|of| self.mesh.basis(piece.source).restrict(child, of)).collect();
-            let neglected = |channel| self.field.neglected_by(&self.mesh, source, channel, (factor, &kernel));
+            let linked = piece.linked.iter().map(|of| self.system.mesh.basis(piece.source).restrict(child, of)).collect();
+            let neglected = |channel| self.radiosity.field.neglected_by(&self.system.mesh, source, channel, (factor, &kernel));
             self.piece(station, (source, factor, piece.is_smooth), linked, neglected)
         };
         (0..4).map(child_of).collect()
@@ -262,10 +265,10 @@ impl Solution {
         linked: Vec<Vec<f64>>,
         neglected: impl Fn(usize) -> f64,
     ) -> Piece {
-        let (element, basis) = (&self.mesh.elements()[source], self.mesh.basis(source));
+        let (element, basis) = (&self.system.mesh.elements()[source], self.system.mesh.basis(source));
         let near = element.nearness_to(station.point);
         let falls = if is_smooth { near } else { 1.0 };
-        let channels = self.channels.len();
+        let channels = self.system.channels.len();
         let mut piece = Piece {
             source,
             factor,
@@ -282,7 +285,7 @@ impl Solution {
         };
         for (channel, of) in (0..channels).zip(&self.details()[source]) {
             let sure = of.sure();
-            let held = self.field.coefficients(source, channel, basis.len());
+            let held = self.radiosity.field.coefficients(source, channel, basis.len());
             let differs: Vec<f64> = held.iter().zip(&piece.linked[channel]).map(|(held, linked)| held - linked).collect();
             let detail = power(falls, basis.degree() + 1) * length(&of.coefficients);
             let size = detail + length(&differs);
@@ -307,7 +310,7 @@ impl Solution {
         terms: impl Iterator<Item = Term<'a>>,
         beside: Option<usize>,
     ) -> Result<Vec<Gathered>, Error> {
-        let rough = ROUGH * self.asked;
+        let rough = ROUGH * self.budget.asked;
         let optics = Optics { absolute: rough, past: rough, ..self.optics() };
         let (reference, is_sure) = (self.reference(), self.has_sure_details());
         let relative = |sizes: &[f64]| sizes.iter().zip(&reference).map(|(size, of)| ratio(*size, *of)).fold(0.0, largest);
@@ -316,16 +319,16 @@ impl Solution {
             open.extend(self.pieces(station, source, row).into_iter().map(|piece| (piece, sight)));
         }
         let much = MUCH * open.iter().map(|(piece, _)| relative(&piece.sizes)).sum::<f64>();
-        let mut gathered = vec![Gathered::default(); self.channels.len()];
-        let mut touching = vec![Touching::default(); self.channels.len()];
-        let mut truncation = vec![Beyond::default(); self.channels.len()];
+        let mut gathered = vec![Gathered::default(); self.system.channels.len()];
+        let mut touching = vec![Touching::default(); self.system.channels.len()];
+        let mut truncation = vec![Beyond::default(); self.system.channels.len()];
         while let Some((piece, sight)) = open.pop() {
             let counts = |sizes: &[f64]| relative(sizes) > much;
-            if let Some(first) = self.mesh.elements()[piece.source].children().filter(|_| counts(&piece.neglected)) {
+            if let Some(first) = self.system.mesh.elements()[piece.source].children().filter(|_| counts(&piece.neglected)) {
                 open.extend(self.children_of(station, &piece, first).into_iter().map(|piece| (piece, sight)));
                 continue;
             }
-            let is_known = piece.near == 1.0 && beside == Some(self.mesh.elements()[piece.source].face());
+            let is_known = piece.near == 1.0 && beside == Some(self.system.mesh.elements()[piece.source].face());
             for (channel, (gathered, truncation)) in gathered.iter_mut().zip(&mut truncation).enumerate().filter(|_| !is_known) {
                 gathered.squared_error += square(piece.along[channel]);
                 truncation.most += square(piece.truncation[channel]);
@@ -334,7 +337,7 @@ impl Solution {
                 gathered.iter_mut().zip(&piece.sizes).for_each(|(gathered, size)| gathered.squared_error += square(*size));
                 continue;
             }
-            let Some(above) = self.mesh.basis(piece.source).above() else { continue };
+            let Some(above) = self.system.mesh.basis(piece.source).above() else { continue };
             let sizes: Vec<f64> = piece.differs.iter().zip(&piece.detail).map(|(a, b)| length(a) + length(b)).collect();
             let row = optics.for_brightness(relative(&sizes)).receive_of(station, (piece.source, above), sight, above.len())?;
             for (channel, gathered) in gathered.iter_mut().enumerate() {
@@ -354,7 +357,7 @@ impl Solution {
                 truncation[channel].found += square(detail);
                 truncation[channel].of_details += square(piece.by_kernel[channel]);
                 if piece.near == 1.0 {
-                    let rho = self.surfaces.reflectance[self.mesh.elements()[piece.source].face()][channel];
+                    let rho = self.system.surfaces.reflectance[self.system.mesh.elements()[piece.source].face()][channel];
                     touching[channel].add(error, piece.factor, rho);
                 }
             }
@@ -378,25 +381,29 @@ impl Solution {
         let of_mean = self.mean_error();
         let of_channel = |(channel, Gathered { sure, unsure, beside: known, squared_error }): (usize, Gathered)| {
             let gathered = |field: &Field| far.value(field, channel, 0);
-            let (mut propagated, mut reflected, mut unseen) = (gathered(error), gathered(&self.field), 0.0);
+            let (mut propagated, mut reflected, mut unseen) = (gathered(error), gathered(&self.radiosity.field), 0.0);
             let mut beside_carried = 0.0;
             for Term { source, row, .. } in terms.clone() {
-                let len = self.mesh.basis(source).len();
+                let len = self.system.mesh.basis(source).len();
                 let of_error = dot(error.coefficients(source, channel, len), &row.values);
-                if beside == Some(self.mesh.elements()[source].face()) {
+                if beside == Some(self.system.mesh.elements()[source].face()) {
                     beside_carried += of_error;
                 } else {
                     propagated += of_error;
                 }
                 // What faces emit has no error.
-                reflected += dot(self.field.coefficients(source, channel, len), &row.values)
+                reflected += dot(self.radiosity.field.coefficients(source, channel, len), &row.values)
                     - dot(&self.emitted_on(source, channel), &row.values);
                 unseen +=
                     row.likely_factor() * self.error_estimate.residuals.iter().map(|of| of[source][channel].unseen).sum::<f64>();
             }
             let MeanError { correction, error: error_in_mean, .. } = of_mean[channel];
-            let lacks = (correction - error.mean(&self.mesh, channel)).hypot(BY_CHANCE * error_in_mean);
-            let light = if self.reflected[channel] > 0.0 { self.reflected[channel] } else { self.mean[channel] };
+            let lacks = (correction - error.mean(&self.system.mesh, channel)).hypot(BY_CHANCE * error_in_mean);
+            let light = if self.radiosity.reflected[channel] > 0.0 {
+                self.radiosity.reflected[channel]
+            } else {
+                self.radiosity.mean[channel]
+            };
             let of_light = reflected.abs() * ratio(lacks, light);
             let remaining =
                 (LEFT * (unsure + propagated) + STILL_OFF * sure).abs() + unseen + squared_error.sqrt().hypot(of_light);

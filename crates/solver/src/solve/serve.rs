@@ -35,7 +35,7 @@ struct Seen {
 impl Solution {
     /// Serves some points from now on, beside the mean.
     pub(super) fn serve(&mut self, points: &[(DVec3, DVec3)]) -> Result<(), Error> {
-        self.served = Served { beside: true, ..Served::at_points(points) };
+        self.refinement.served = Served { beside: true, ..Served::at_points(points) };
         self.find_importance()?;
         self.progress.estimate = self.estimate_at_points().unwrap_or(self.progress.estimate);
         Ok(())
@@ -43,19 +43,19 @@ impl Solution {
 
     /// The estimate is again that of the mean, if points were served beside it.
     pub(super) fn end_service(&mut self) {
-        if self.served.beside {
+        if self.refinement.served.beside {
             self.progress.estimate = self.relative(&self.mean_estimate());
         }
     }
 
     /// Finds what counts for the points served.
     pub(super) fn find_importance(&mut self) -> Result<(), Error> {
-        if self.served.points.is_empty() {
+        if self.refinement.served.points.is_empty() {
             return Ok(());
         }
-        let views = self.served.points.par_iter().filter_map(|&point| self.seen_from(point).transpose());
+        let views = self.refinement.served.points.par_iter().filter_map(|&point| self.seen_from(point).transpose());
         let views: Vec<Seen> = views.collect::<Result<_, Error>>()?;
-        let (channels, mesh) = (self.channels.len(), &self.mesh);
+        let (channels, mesh) = (self.system.channels.len(), &self.system.mesh);
         let count = views.len() as f64;
         let reflected = (0..channels).map(|channel| views.iter().map(|point| point.reflected[channel] / count).sum()).collect();
         let source = self.source_of_importance(&views);
@@ -66,10 +66,10 @@ impl Solution {
         let mut sent = Field::dark(mesh, channels);
         let equation = Equation {
             mesh,
-            surfaces: &self.surfaces,
-            receivers: &self.receivers,
-            links: &self.links,
-            far: &self.far,
+            surfaces: &self.system.surfaces,
+            receivers: &self.system.receivers,
+            links: &self.system.links,
+            far: &self.system.far,
             source: &source,
         };
         let mut acceleration = Acceleration::default();
@@ -85,32 +85,33 @@ impl Solution {
             rho => largest(own[receiver][channel * mesh.basis(receiver).len()], 0.0) / rho,
         };
         let mut importance = vec![Vec::new(); mesh.elements().len()];
-        for &receiver in &self.receivers {
+        for &receiver in &self.system.receivers {
             importance[receiver] = (0..channels).map(|channel| importance_on(receiver, channel)).collect();
         }
         let mean = (0..channels).map(|channel| self.mean_of(&importance_on, channel)).collect();
-        (self.served.importance, self.served.mean, self.served.reflected) = (importance, mean, reflected);
+        (self.refinement.served.importance, self.refinement.served.mean, self.refinement.served.reflected) =
+            (importance, mean, reflected);
         Ok(())
     }
 
     /// The reflectance of an element's face in each channel.
     fn reflectance_of(&self, element: usize) -> &[f64] {
-        &self.surfaces.reflectance[self.mesh.elements()[element].face()]
+        &self.system.surfaces.reflectance[self.system.mesh.elements()[element].face()]
     }
 
     /// The mean of a function of receivers over their area.
     fn mean_of(&self, of: &dyn Fn(usize, usize) -> f64, channel: usize) -> f64 {
         let add = |(area, sum): (f64, f64), &receiver: &usize| {
-            let own = self.mesh.elements()[receiver].area();
+            let own = self.system.mesh.elements()[receiver].area();
             (area + own, sum + own * of(receiver, channel))
         };
-        let (area, sum) = self.receivers.iter().fold((0.0, 0.0), add);
+        let (area, sum) = self.system.receivers.iter().fold((0.0, 0.0), add);
         sum / area
     }
 
     /// What the points give directly, `rho w` of the module's head: the coefficients of each element in all channels.
     fn source_of_importance(&self, seen: &[Seen]) -> Vec<Vec<f64>> {
-        let (mesh, channels, count) = (&self.mesh, self.channels.len(), seen.len() as f64);
+        let (mesh, channels, count) = (&self.system.mesh, self.system.channels.len(), seen.len() as f64);
         let constant = |element: usize, value: f64| {
             let mut coefficients = vec![0.0; mesh.basis(element).len()];
             coefficients[0] = value;
@@ -137,7 +138,7 @@ impl Solution {
             mesh.clusters().push(of, |a, b| a + b, |element, density| add(element, channel, density));
         }
         let mut source = vec![Vec::new(); mesh.elements().len()];
-        for &receiver in &self.receivers {
+        for &receiver in &self.system.receivers {
             let sent = |(channel, rho): (usize, &f64)| {
                 let direct = field.coefficients(receiver, channel, mesh.basis(receiver).len())[0];
                 constant(receiver, rho * direct)
@@ -152,41 +153,41 @@ impl Solution {
         let Ok((leaf, foot)) = self.leaf_of(position, normal) else {
             let Ok(station) = self.station_in_space(position, normal) else { return Ok(None) };
             let Sum { rows, far, sums, .. } = self.sum_in_space(&station)?;
-            return Ok(Some(Seen { rows, far, rho: vec![1.0; self.channels.len()], reflected: sums }));
+            return Ok(Some(Seen { rows, far, rho: vec![1.0; self.system.channels.len()], reflected: sums }));
         };
         let Sum { rows, far, sums, .. } = self.sum_on(leaf, foot)?;
-        let [rho, _] = self.surfaces.reflectance_and_emission(self.mesh.elements()[leaf].face(), foot);
+        let [rho, _] = self.system.surfaces.reflectance_and_emission(self.system.mesh.elements()[leaf].face(), foot);
         let reflected = sums.iter().zip(&rho).map(|(received, rho)| received * rho).collect();
         Ok(Some(Seen { rows, far, rho, reflected }))
     }
 
     /// The importance of an element, as that of the receiver of the last round that it is or is below.
     fn importance_of(&self, element: usize, channel: usize) -> f64 {
-        let importance = |at: usize| self.served.importance.get(at).filter(|values| !values.is_empty());
-        self.mesh.above(element).find_map(importance).map_or(0.0, |values| values[channel])
+        let importance = |at: usize| self.refinement.served.importance.get(at).filter(|values| !values.is_empty());
+        self.system.mesh.above(element).find_map(importance).map_or(0.0, |values| values[channel])
     }
 
     /// What a mean of the residual on an element, over what errors are relative to, adds to the error aimed at.
     pub(super) fn indicator_for_points(&self, element: usize, channel: usize, left: f64) -> f64 {
-        let weight = self.mesh.elements()[element].area() * self.importance_of(element, channel);
-        ratio(weight * left, self.served.reflected[channel])
+        let weight = self.system.mesh.elements()[element].area() * self.importance_of(element, channel);
+        ratio(weight * left, self.refinement.served.reflected[channel])
     }
 
     /// How much less than elsewhere it counts what the links of a receiver neglect, where no point is near that gathers by them.
     pub(super) fn carefully(&self, receiver: usize, channel: usize) -> f64 {
-        if !self.served.is_known() || self.served.beside || self.has_point(receiver) {
+        if !self.refinement.served.is_known() || self.refinement.served.beside || self.has_point(receiver) {
             return 1.0;
         }
-        match self.served.mean[channel] {
+        match self.refinement.served.mean[channel] {
             mean if mean > 0.0 => smallest(self.importance_of(receiver, channel) / mean, 1.0),
             _ => 1.0,
         }
     }
 
     fn has_point(&self, receiver: usize) -> bool {
-        let element = &self.mesh.elements()[receiver];
-        let reach = 1e-6 * self.extent;
-        self.served.points.iter().any(|[point, _]| {
+        let element = &self.system.mesh.elements()[receiver];
+        let reach = 1e-6 * self.system.extent;
+        self.refinement.served.points.iter().any(|[point, _]| {
             let point = self.placement.inward(*point);
             let height = element.polygon().normal().dot(point - element.centre());
             height.abs() <= reach && element.is_at(point, reach)
@@ -195,7 +196,7 @@ impl Solution {
 
     /// Estimate of the mean error of gathers at the points served, over the mean of what they reflect; `None` if the mean is served.
     pub(super) fn estimate_at_points(&self) -> Option<f64> {
-        if !self.served.is_known() {
+        if !self.refinement.served.is_known() {
             return None;
         }
         let of_channel = |channel: usize| {
@@ -208,8 +209,8 @@ impl Solution {
                     .sum();
                 self.indicator_for_points(receiver, channel, residual)
             };
-            self.receivers.iter().map(indicator_on).sum::<f64>()
+            self.system.receivers.iter().map(indicator_on).sum::<f64>()
         };
-        Some((0..self.channels.len()).map(of_channel).fold(0.0, largest))
+        Some((0..self.system.channels.len()).map(of_channel).fold(0.0, largest))
     }
 }

@@ -47,10 +47,10 @@ pub(super) fn mesh(ready: &Prepared, options: &Options, degree: usize) -> Result
     divide_evenly(&mut first, ROUGH)?;
     let mut solution = dark(ready, &rough, (first, Served::default()), Clock::started())?;
     solution.round(&rough, Duration::ZERO)?;
-    if solution.lamps.is_empty() {
+    if solution.system.lamps.is_empty() {
         return Ok(whole);
     }
-    let faces: Vec<Known> = (0..solution.mesh.polygons().len()).map(|face| solution.with_shadow_lines(face)).collect();
+    let faces: Vec<Known> = (0..solution.system.mesh.polygons().len()).map(|face| solution.with_shadow_lines(face)).collect();
     let max_parts = MOST_PARTS.min(options.most_elements);
     let is_late = || options.time.is_some_and(|time| started.elapsed() > time.mul_f64(CUTS));
     let light = |face: usize, places: &[DVec3]| {
@@ -64,10 +64,10 @@ pub(super) fn mesh(ready: &Prepared, options: &Options, degree: usize) -> Result
 impl Solution {
     /// A face with its shadow lines.
     fn with_shadow_lines(&self, face: usize) -> Known {
-        let (mesh, normal) = (&self.mesh, self.mesh.polygons()[face].normal());
+        let (mesh, normal) = (&self.system.mesh, self.system.mesh.polygons()[face].normal());
         let roots: Vec<usize> = mesh.roots().iter().copied().filter(|&root| mesh.elements()[root].face() == face).collect();
         let parts = roots.iter().map(|&root| mesh.elements()[root].polygon().vertices().to_vec()).collect();
-        let lamps: Vec<usize> = self.lamps.roots().iter().map(|&root| mesh.elements()[root].face()).collect();
+        let lamps: Vec<usize> = self.system.lamps.roots().iter().map(|&root| mesh.elements()[root].face()).collect();
         let stays = lamps.contains(&face);
         let scenery = Scenery { polygons: mesh.polygons(), index: mesh.index(), lamps: &lamps };
         let lines = if stays { Vec::new() } else { lines(&scenery, face, mesh.convex_parts(face), &self.between(&roots)) };
@@ -77,21 +77,21 @@ impl Solution {
     /// For each lamp's root, the faces that may hide it from some elements.
     fn between(&self, roots: &[usize]) -> Vec<Vec<usize>> {
         let of_lamp = |lamp: usize| {
-            let sights = roots.iter().map(|&root| &self.direct[root].sights()[lamp]);
+            let sights = roots.iter().map(|&root| &self.radiosity.direct[root].sights()[lamp]);
             let mut faces: Vec<usize> = sights.flat_map(Sight::faces).copied().collect();
             faces.sort_unstable();
             faces.dedup();
             faces
         };
-        (0..self.lamps.roots().len()).map(of_lamp).collect()
+        (0..self.system.lamps.roots().len()).map(of_lamp).collect()
     }
 
     /// Radiosity at a point of a face, over the mean of each channel: 0 in one without light.
     fn sample(&self, face: usize, point: DVec3) -> Result<Sample, Error> {
-        let light = match self.mesh.leaf_at(face, point) {
+        let light = match self.system.mesh.leaf_at(face, point) {
             Some(leaf) => self.radiosity_on(leaf, point)?,
-            None => vec![0.0; self.channels.len()],
+            None => vec![0.0; self.system.channels.len()],
         };
-        Ok(Sample { point, light: light.iter().zip(&self.mean).map(|(&light, &mean)| ratio(light, mean)).collect() })
+        Ok(Sample { point, light: light.iter().zip(&self.radiosity.mean).map(|(&light, &mean)| ratio(light, mean)).collect() })
     }
 }

@@ -10,21 +10,17 @@ use crate::error::Error;
 use crate::estimate::ErrorEstimate;
 use crate::estimate::ledger::Ledger;
 use crate::estimate::point::Points;
-use crate::estimate::scene::Scene;
 use crate::estimate::unseen::{Edges, Outlined};
 use crate::field::Field;
-use crate::links::cell::Rules;
-use crate::links::cluster::far::Far;
-use crate::links::direct::{Direct, Lamps};
-use crate::links::link::Link;
+use crate::links::direct::Direct;
 use crate::links::transfer::Optics;
 use crate::mesh::Mesh;
-use crate::mesh::surfaces::Surfaces;
 use crate::solve::detail::Detail;
 use crate::solve::kept::Kept;
 use crate::solve::options::{Options, Progress};
 use crate::solve::samples::Samples;
 use crate::solve::served::Served;
+use crate::system::System;
 
 /// A piecewise polynomial radiosity with an estimate of its error.
 ///
@@ -43,102 +39,112 @@ use crate::solve::served::Served;
 /// ```
 #[derive(Debug)]
 pub struct Solution {
-    pub(crate) mesh: Mesh,
-    pub(crate) surfaces: Surfaces,
-    pub(crate) rules: Rules,
-    pub(crate) lamps: Lamps,
-    /// Direct light on each leaf.
-    pub(crate) direct: Vec<Direct>,
-    /// All light that elements send out, but for what lamps emit.
-    pub(crate) field: Field,
-    /// Coefficients of the receivers themselves: light reflected twice or more, and emission where no lamps are kept apart.
-    pub(super) own: Vec<Vec<f64>>,
-    /// Of receivers; empty for other elements.
-    pub(crate) links: Vec<Vec<Link>>,
-    /// Of receivers, the clusters that no link is for.
-    pub(crate) far: Vec<Far>,
-    pub(super) receivers: Vec<usize>,
-    pub(super) served: Served,
-    /// Samples of direct light on leaves and reflected light on receivers, of those that were judged by the gradient.
-    pub(super) judged: Vec<[Option<Samples>; 2]>,
-    pub(crate) error_estimate: ErrorEstimate,
-    /// Estimate of the error of the mean, in each channel, made when it is first asked for.
-    pub(super) estimated: OnceLock<Vec<MeanError>>,
+    pub(crate) system: System,
     /// The lines of faces, across which light may be hidden.
     pub(super) edges: Edges,
-    /// The detail beyond the polynomials, made when it is first asked for.
-    pub(super) details: OnceLock<Vec<Vec<Detail>>>,
-    /// The importance of the mean, found when it is first asked for; `None` if there is none.
-    pub(super) importance: OnceLock<Option<Field>>,
-    /// The part of the error of gathers that is known with its sign, found when a point is first asked for; `None` if it is not known.
-    pub(super) known_error: OnceLock<Option<Field>>,
-    /// Samples of the error near points at which gradients were asked for.
-    pub(super) kept: Kept,
-    /// Of each leaf, bounds on the light of lamps that its nodes do not see, if there may be any.
-    pub(super) unseen: Vec<Option<Vec<[f64; 2]>>>,
-    /// The aim of [`Solution::light`] that direct light reached: what it leaves out in the mean, over the part of the aim that it may.
-    pub(super) direct_residual: f64,
-    pub(crate) channels: Vec<String>,
-    pub(crate) extent: f64,
-    /// Error that the evaluation of a function may have; past what may hide a part, and that once there is no more time.
-    pub(crate) absolute: f64,
-    pub(super) past: [f64; 2],
-    /// As long as the first of these is kept to.
-    pub(super) precise: Clock,
-    /// After it evaluations err by more than the error asked for needs.
-    pub(super) late: Clock,
-    /// Cells a side of a source that is seen past many faces; 0 for closed forms.
-    pub(super) cells: usize,
-    pub(super) clock: Clock,
-    /// The error asked for, relative to the mean of [`Self::reference`].
-    pub(super) asked: f64,
-    /// The most that the links of a receiver may neglect together, relative to the same mean as errors.
-    pub(super) allowed: f64,
+    pub(crate) radiosity: Radiosity,
+    pub(crate) error_estimate: ErrorEstimate,
+    pub(super) refinement: Refinement,
+    pub(super) budget: Budget,
+    pub(super) caches: Caches,
     pub(super) progress: Progress,
-    /// Mean radiosity in each channel.
-    pub(super) mean: Vec<f64>,
-    /// The part of it that is reflected.
-    pub(super) reflected: Vec<f64>,
-    /// Means of what faces emit: of lamps kept apart, and of others.
-    pub(super) emitted: [Vec<f64>; 2],
     pub(super) placement: Placement,
     pub(super) warnings: Vec<Warning>,
 }
 
-impl Solution {
-    /// What estimates are made of.
-    pub(crate) fn estimating(&self) -> Scene<'_> {
-        let Self { mesh, surfaces, receivers, links, far, channels, .. } = self;
-        Scene { mesh, surfaces, receivers, links, far, channels: channels.len() }
-    }
+/// The solution of the system: polynomials and their means.
+#[derive(Debug)]
+pub(crate) struct Radiosity {
+    /// All light that elements send out, but for what lamps emit.
+    pub(crate) field: Field,
+    /// Coefficients of the receivers themselves: light reflected twice or more, and emission where no lamps are kept apart.
+    pub(super) own: Vec<Vec<f64>>,
+    /// Direct light on each leaf.
+    pub(crate) direct: Vec<Direct>,
+    /// Of each leaf, bounds on the light of lamps that its nodes do not see, if there may be any.
+    pub(super) unseen: Vec<Option<Vec<[f64; 2]>>>,
+    /// Mean radiosity in each channel.
+    pub(super) mean: Vec<f64>,
+    /// The part of it that is reflected.
+    pub(super) reflected: Vec<f64>,
+    /// Means of the light that faces emit: of lamps kept apart, and of others.
+    pub(super) emitted: [Vec<f64>; 2],
+}
 
+/// State of the refinement between rounds.
+#[derive(Debug)]
+pub(super) struct Refinement {
+    /// Points that the refinement serves, and their importance.
+    pub(super) served: Served,
+    /// Samples of direct light on leaves and reflected light on receivers, of those that were judged by the gradient.
+    pub(super) judged: Vec<[Option<Samples>; 2]>,
+    /// The aim of [`Solution::light`] that direct light reached: its residual in the mean, over the part of the aim that it may have.
+    pub(super) direct_residual: f64,
+}
+
+/// The errors and the time that evaluations may take.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Budget {
+    /// The error asked for, relative to the mean of [`Solution::reference`].
+    pub(super) asked: f64,
+    /// The most that the links of a receiver may neglect together, relative to the same mean as errors.
+    pub(super) allowed: f64,
+    /// Error that the evaluation of a function may have.
+    pub(super) absolute: f64,
+    /// The same past faces that may hide a part: before [`Self::precise`] is over, and after it.
+    pub(super) past: [f64; 2],
+    /// Cells a side of a source that is seen past many faces; 0 for closed forms.
+    pub(super) cells: usize,
+    /// Evaluations keep to the first error past faces until this is over.
+    pub(super) precise: Clock,
+    /// After this is over, evaluations err by more than the error asked for needs.
+    pub(super) late: Clock,
+    pub(super) clock: Clock,
+}
+
+/// Results of queries, made when they are first asked for, and dropped after a round.
+#[derive(Debug, Default)]
+pub(super) struct Caches {
+    /// Estimate of the error of the mean, in each channel.
+    pub(super) estimated: OnceLock<Vec<MeanError>>,
+    /// The detail beyond the polynomials.
+    pub(super) details: OnceLock<Vec<Vec<Detail>>>,
+    /// The importance of the mean; `None` if there is none.
+    pub(super) importance: OnceLock<Option<Field>>,
+    /// The part of the error of gathers whose sign is known; `None` if no part is.
+    pub(super) known_error: OnceLock<Option<Field>>,
+    /// Samples of the error near points at which gradients were asked for.
+    pub(super) kept: Kept,
+}
+
+impl Solution {
     /// Estimates at points, which cost as much as that of the mean magnitude, and only who asks for them pays.
     pub(crate) fn points(&self) -> &Points {
-        self.error_estimate.points(self.estimating())
+        self.error_estimate.points(&self.system)
     }
 
     /// The lines of faces on the mesh.
     pub(super) const fn outlined(&self) -> Outlined<'_> {
-        Outlined { mesh: &self.mesh, edges: &self.edges }
+        Outlined { mesh: &self.system.mesh, edges: &self.edges }
     }
 
     pub(crate) fn optics(&self) -> Optics<'_> {
-        let past = self.past[usize::from(self.precise.is_over())];
+        let past = self.budget.past[usize::from(self.budget.precise.is_over())];
         Optics {
-            mesh: &self.mesh,
-            rules: &self.rules,
-            absolute: self.absolute,
+            mesh: &self.system.mesh,
+            rules: &self.system.rules,
+            absolute: self.budget.absolute,
             past,
-            cells: self.cells,
+            cells: self.budget.cells,
             brightness: 1.0,
-            clock: self.late,
+            clock: self.budget.late,
         }
     }
 
     /// What errors are relative to, in each channel: the mean of all radiosity where no light that is reflected was found yet.
     pub(super) fn reference(&self) -> Vec<f64> {
         let denominator = |(&reflected, &mean): (&f64, &f64)| if reflected > 0.0 { reflected } else { mean };
-        self.reflected.iter().zip(&self.mean).map(denominator).collect()
+        self.radiosity.reflected.iter().zip(&self.radiosity.mean).map(denominator).collect()
     }
 
     /// Errors in each channel over the mean that they are relative to, the largest.
@@ -150,20 +156,20 @@ impl Solution {
     pub(super) fn reached(&self, options: &Options) -> bool {
         // Where light may be reflected and none was found, nothing is known relative to it.
         let is_found = |(reflected, estimate): (&f64, &Ledger)| *reflected > 0.0 || estimate.total() == 0.0;
-        let has_light = self.reflected.iter().zip(&self.error_estimate.mean).all(is_found);
+        let has_light = self.radiosity.reflected.iter().zip(&self.error_estimate.mean).all(is_found);
         has_light && self.progress.estimate <= options.error
     }
 
     /// Whether an element gathers reflected light, though it may see nothing.
     pub(super) fn gathers(&self, element: usize) -> bool {
-        !self.own[element].is_empty()
+        !self.radiosity.own[element].is_empty()
     }
 
     /// The element above a leaf, or itself, that gathers reflected light.
     pub(crate) fn receiver_of(&self, leaf: usize) -> usize {
         let mut ancestor = leaf;
         while !self.gathers(ancestor)
-            && let Some(parent) = self.mesh.elements()[ancestor].parent()
+            && let Some(parent) = self.system.mesh.elements()[ancestor].parent()
         {
             ancestor = parent;
         }
@@ -172,12 +178,12 @@ impl Solution {
 
     /// Coefficients of what an element emits that is no lamp kept apart.
     pub(crate) fn emitted_on(&self, element: usize, channel: usize) -> Vec<f64> {
-        let (len, face) = (self.mesh.basis(element).len(), self.mesh.elements()[element].face());
-        match self.surfaces.pattern(element, channel) {
-            Some(pattern) if self.surfaces.glows_by_texture(face) => pattern.emitted().to_vec(),
+        let (len, face) = (self.system.mesh.basis(element).len(), self.system.mesh.elements()[element].face());
+        match self.system.surfaces.pattern(element, channel) {
+            Some(pattern) if self.system.surfaces.glows_by_texture(face) => pattern.emitted().to_vec(),
             _ => {
                 let mut even = vec![0.0; len];
-                even[0] = if self.is_lamp(face) { 0.0 } else { self.surfaces.emitted[face][channel] };
+                even[0] = if self.is_lamp(face) { 0.0 } else { self.system.surfaces.emitted[face][channel] };
                 even
             }
         }
@@ -185,12 +191,12 @@ impl Solution {
 
     /// Whether what a face emits is a lamp's, kept apart.
     pub(super) fn is_lamp(&self, face: usize) -> bool {
-        !self.lamps.is_empty() && !self.surfaces.glows_by_texture(face)
+        !self.system.lamps.is_empty() && !self.system.surfaces.glows_by_texture(face)
     }
 
     /// What a face emits as a lamp kept apart.
     pub(super) fn lamp_on(&self, face: usize, channel: usize) -> f64 {
-        if self.is_lamp(face) { self.surfaces.emitted[face][channel] } else { 0.0 }
+        if self.is_lamp(face) { self.system.surfaces.emitted[face][channel] } else { 0.0 }
     }
 }
 

@@ -15,59 +15,61 @@ impl Solution {
     /// Begins with reflected light as if all were reflected evenly everywhere (M. F. Cohen et al. 1988, the ambient term): before a
     /// receiver knows what it sees of clusters, it has to know how bright these may be.
     pub(super) fn fill_evenly(&mut self) {
-        for channel in 0..self.channels.len() {
+        for channel in 0..self.system.channels.len() {
             let (mut area, mut sent, mut reflected) = (0.0, 0.0, 0.0);
-            for &receiver in &self.receivers {
-                let element = &self.mesh.elements()[receiver];
-                let rho = self.surfaces.reflectance[element.face()][channel];
+            for &receiver in &self.system.receivers {
+                let element = &self.system.mesh.elements()[receiver];
+                let rho = self.system.surfaces.reflectance[element.face()][channel];
                 let emitted = self.emitted_on(receiver, channel)[0] + self.lamp_on(element.face(), channel);
-                let direct = self.field.coefficients(receiver, channel, self.mesh.basis(receiver).len())[0];
+                let direct = self.radiosity.field.coefficients(receiver, channel, self.system.mesh.basis(receiver).len())[0];
                 area += element.area();
                 sent += element.area() * (emitted + direct);
                 reflected += element.area() * rho;
             }
             let (sent, rho) = (sent / area, reflected / area);
             let even = if rho < 1.0 { sent / (1.0 - rho) } else { sent };
-            for &receiver in &self.receivers {
+            for &receiver in &self.system.receivers {
                 let mut change = self.emitted_on(receiver, channel);
-                change[0] += self.surfaces.reflectance[self.mesh.elements()[receiver].face()][channel] * even;
+                change[0] += self.system.surfaces.reflectance[self.system.mesh.elements()[receiver].face()][channel] * even;
                 let len = change.len();
-                let own = &mut self.own[receiver][channel * len..(channel + 1) * len];
+                let own = &mut self.radiosity.own[receiver][channel * len..(channel + 1) * len];
                 own.iter_mut().zip(&change).for_each(|(own, change)| *own += change);
-                self.field.add(&self.mesh, receiver, channel, &change);
+                self.radiosity.field.add(&self.system.mesh, receiver, channel, &change);
             }
         }
-        self.field.pull(&self.mesh);
-        (self.mean, self.reflected) = means(&self.field, &self.mesh, &self.emitted);
+        self.radiosity.field.pull(&self.system.mesh);
+        (self.radiosity.mean, self.radiosity.reflected) =
+            means(&self.radiosity.field, &self.system.mesh, &self.radiosity.emitted);
     }
 
     /// Lets receivers gather until the linear system is solved to changes of that, relative to the mean radiosity.
     pub(super) fn sweep(&mut self, until: f64) -> Result<(), Error> {
-        let mut source = vec![Vec::new(); self.mesh.elements().len()];
-        for &receiver in &self.receivers {
-            source[receiver] = (0..self.channels.len()).flat_map(|channel| self.emitted_on(receiver, channel)).collect();
+        let mut source = vec![Vec::new(); self.system.mesh.elements().len()];
+        for &receiver in &self.system.receivers {
+            source[receiver] = (0..self.system.channels.len()).flat_map(|channel| self.emitted_on(receiver, channel)).collect();
         }
-        let (mesh, surfaces, receivers, links) = (&self.mesh, &self.surfaces, &self.receivers[..], &self.links[..]);
-        let equation = Equation { mesh, surfaces, receivers, links, far: &self.far, source: &source };
+        let (mesh, surfaces, receivers, links) =
+            (&self.system.mesh, &self.system.surfaces, &self.system.receivers[..], &self.system.links[..]);
+        let equation = Equation { mesh, surfaces, receivers, links, far: &self.system.far, source: &source };
         let (mut acceleration, mut left) = (Acceleration::default(), 0.0);
         for _ in 0..MOST_SWEEPS {
             // Where light may be even, as in a furnace, reflected light is known no better than all light: changes are held to
             // that.
-            let reference = if may_be_even(mesh, &self.lamps) { self.mean.clone() } else { self.reference() };
+            let reference = if may_be_even(mesh, &self.system.lamps) { self.radiosity.mean.clone() } else { self.reference() };
             let scale: Vec<f64> = reference.iter().map(|&mean| if mean > 0.0 { mean } else { 1.0 }).collect();
             self.progress.gathers += receivers.len();
-            left = equation.sweep(&mut self.field, &mut self.own, &scale);
+            left = equation.sweep(&mut self.radiosity.field, &mut self.radiosity.own, &scale);
             let solved = left <= until || left.is_nan();
             if !solved {
-                acceleration.after_sweep(&equation, &mut self.field, &mut self.own, scale.len());
+                acceleration.after_sweep(&equation, &mut self.radiosity.field, &mut self.radiosity.own, scale.len());
             }
-            (self.mean, self.reflected) = means(&self.field, mesh, &self.emitted);
+            (self.radiosity.mean, self.radiosity.reflected) = means(&self.radiosity.field, mesh, &self.radiosity.emitted);
             if solved {
                 left = 0.0;
                 break;
             }
         }
-        self.field.pull(&self.mesh);
+        self.radiosity.field.pull(&self.system.mesh);
         if left > largest(until, SETTLED) { Err(Error::Unsettled { sweeps: MOST_SWEEPS, change: left }) } else { Ok(()) }
     }
 }

@@ -234,7 +234,7 @@ impl Solution {
     fn lacking_of(&self, wedge: &Wedge, is_beside: bool) -> Result<Option<Lacking>, Error> {
         let distances: Vec<f64> = samples(DEGREE).iter().map(|u| wedge.farthest * u.powi(3)).collect();
         let Some(samples) = self.samples_of(wedge, &distances)? else { return Ok(None) };
-        let channels = || 0..self.channels.len();
+        let channels = || 0..self.system.channels.len();
         let in_samples = |side: usize, step: usize, of: fn(&Sample) -> &[f64], channel: usize| -> Vec<f64> {
             samples[side].iter().step_by(step).map(|sample| of(sample)[channel]).collect()
         };
@@ -297,11 +297,11 @@ impl Solution {
     /// The edges in which the face that a point is on meets others, the nearest first, if the point is `within` so many times Y and nothing is
     /// between the faces; and whether it is beside the edge, and no other is as near.
     fn wedges_at(&self, leaf: usize, point: DVec3, within: f64) -> impl Iterator<Item = (Wedge, bool)> {
-        let own = self.mesh.elements()[leaf].face();
-        let links = &self.links[self.receiver_of(leaf)];
+        let own = self.system.mesh.elements()[leaf].face();
+        let links = &self.system.links[self.receiver_of(leaf)];
         let mut faces: Vec<usize> = Vec::new();
         for link in links.iter().filter(|link| !matches!(link.sight, Sight::Nothing(_))) {
-            let source = &self.mesh.elements()[link.source];
+            let source = &self.system.mesh.elements()[link.source];
             // Y is within a leaf of the source.
             let is_near = (source.centre() - point).length() <= (1.0 + 2.0 * largest(within, 1.0)) * source.radius();
             if is_near && !faces.contains(&source.face()) {
@@ -319,7 +319,7 @@ impl Solution {
 
     /// The edge in which a leaf meets a face, at the foot of a point of the leaf, as far as both go on from there.
     fn wedge_of(&self, own: usize, point: DVec3, face: usize) -> Option<Wedge> {
-        let [here, there] = [own, face].map(|face| &self.mesh.polygons()[face]);
+        let [here, there] = [own, face].map(|face| &self.system.mesh.polygons()[face]);
         let along = here.normal().cross(there.normal());
         let sine = along.length();
         if sine < LEVEL {
@@ -330,15 +330,18 @@ impl Solution {
         let sides = [away_on(here.normal(), there.normal()), away_on(there.normal(), here.normal())];
         let distance = there.normal().dot(point - there.vertices()[0]) / sine;
         let foot = point - sides[0] * distance;
-        let touch = TOUCHES * self.extent;
+        let touch = TOUCHES * self.system.extent;
         if distance < -touch {
             return None;
         }
         let leaf_at = |face: usize, away: DVec3| {
-            self.mesh.leaf_at(face, foot + away * touch).filter(|&leaf| self.mesh.elements()[leaf].is_at(foot, touch))
+            self.system
+                .mesh
+                .leaf_at(face, foot + away * touch)
+                .filter(|&leaf| self.system.mesh.elements()[leaf].is_at(foot, touch))
         };
         let (leaf, other) = (leaf_at(own, sides[0])?, leaf_at(face, sides[1])?);
-        let on_leaf = |leaf: usize, way: DVec3| way_on(self.mesh.elements()[leaf].polygon(), foot, way);
+        let on_leaf = |leaf: usize, way: DVec3| way_on(self.system.mesh.elements()[leaf].polygon(), foot, way);
         let away = WITHIN * smallest(on_leaf(leaf, sides[0]), on_leaf(other, sides[1]));
         let ends = [along, -along].map(|way| smallest(way_on(here, foot, way), way_on(there, foot, way)));
         let sides = [(own, sides[0]), (face, sides[1])];
@@ -353,7 +356,7 @@ impl Solution {
         let aside = wedge.along * smallest(wedge.farthest, smallest(wedge.ends[0], wedge.ends[1]));
         let is_free = |from: f64, to: f64, part: f64| {
             let ends = [place(here.1, from), place(there.1, to) + aside * part];
-            !self.mesh.is_between(ends, [here.0, there.0])
+            !self.system.mesh.is_between(ends, [here.0, there.0])
         };
         PLACES.iter().all(|&from| PLACES.iter().all(|&to| [-1.0, 0.0, 1.0].iter().all(|&part| is_free(from, to, part))))
     }
@@ -361,7 +364,7 @@ impl Solution {
     /// The sample at a place of a face; `None` if nothing is known there. Between two leaves, which a little `aside` tells, gathers see as much
     /// of the one as of the other.
     fn beyond_what_is_taken(&self, face: usize, place: DVec3, [little, aside]: [DVec3; 2]) -> Result<Option<Sample>, Error> {
-        let Some(leaf) = self.mesh.leaf_at(face, place) else { return Ok(None) };
+        let Some(leaf) = self.system.mesh.leaf_at(face, place) else { return Ok(None) };
         let [rho, radiosity] = self.corrected_at(leaf, place)?;
         let defect = |aside: DVec3| {
             let taken = [place + aside, place - aside].map(|place| self.taken_at(face, place));
@@ -374,8 +377,8 @@ impl Solution {
 
     /// In each channel, the reflectance of a place of a leaf, and the radiosity by a corrected gather, without what lamps emit.
     pub(super) fn corrected_at(&self, leaf: usize, place: DVec3) -> Result<[Vec<f64>; 2], Error> {
-        let (face, irradiance) = (self.mesh.elements()[leaf].face(), self.corrected_on(leaf, place)?);
-        let [rho, emitted] = self.surfaces.reflectance_and_emission(face, place);
+        let (face, irradiance) = (self.system.mesh.elements()[leaf].face(), self.corrected_on(leaf, place)?);
+        let [rho, emitted] = self.system.surfaces.reflectance_and_emission(face, place);
         let radiosity = |c: usize| rho[c] * irradiance[c] + emitted[c] - self.lamp_on(face, c);
         let radiosity = (0..rho.len()).map(radiosity).collect();
         Ok([rho, radiosity])
@@ -383,12 +386,13 @@ impl Solution {
 
     /// The radiosity `q` that gathers take a place to have, without what lamps emit; `None` if the error of gathers is not known.
     pub(super) fn taken_at(&self, face: usize, place: DVec3) -> Option<Vec<f64>> {
-        let (leaf, error) = (self.mesh.leaf_at(face, place)?, self.known_error()?);
-        let (element, basis) = (&self.mesh.elements()[leaf], self.mesh.basis(leaf));
+        let (leaf, error) = (self.system.mesh.leaf_at(face, place)?, self.known_error()?);
+        let (element, basis) = (&self.system.mesh.elements()[leaf], self.system.mesh.basis(leaf));
         let (at, is_sure) = (element.reference(place), self.has_sure_details());
         let (functions, more) = (basis.values(at), basis.above()?.values(at));
         let taken = |(channel, detail): (usize, &Detail)| {
-            let values = [&self.field, error].map(|field| dot(field.coefficients(leaf, channel, basis.len()), &functions));
+            let values =
+                [&self.radiosity.field, error].map(|field| dot(field.coefficients(leaf, channel, basis.len()), &functions));
             let detail = if is_sure { detail.sure() * dot(&detail.coefficients, &more) } else { 0.0 };
             values[0] + values[1] + detail
         };

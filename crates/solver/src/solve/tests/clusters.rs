@@ -236,7 +236,7 @@ fn by_clusters_light_from_a_lamp_is_within_its_estimate_of_a_far_finer_solution(
     let options = Options { error: 0.3, degree, first_elements: 1, most_elements: 0, ..Options::default() };
     let mesh = Mesh::new(&scene, 1).unwrap().clustered();
     let rough = solve_on(&Prepared::new(&scene).unwrap(), &options, (mesh, Served::default()), |_| true).unwrap();
-    assert!(rough.far.iter().any(|far| !far.is_empty()), "clusters are in force");
+    assert!(rough.system.far.iter().any(|far| !far.is_empty()), "clusters are in force");
     let stated = rough.error_estimate.mean[0].total();
     let (mut mean_error, mut area, mut at_points, mut exceeding) = (0.0, 0.0, 0.0, 0.0);
     for leaf in rough.mesh().leaves() {
@@ -264,7 +264,7 @@ fn without_time_there_is_an_answer_with_an_estimate() {
     // Some hundred faces are put into clusters where there is no time to link all of them to all others.
     for mesh in [Mesh::new(&scene, 1).unwrap().clustered(), Mesh::new(&scene, 1).unwrap()] {
         let rough = solve_on(&Prepared::new(&scene).unwrap(), &options, (mesh, Served::default()), |_| true).unwrap();
-        assert!(rough.far.iter().any(|far| !far.is_empty()), "clusters are in force");
+        assert!(rough.system.far.iter().any(|far| !far.is_empty()), "clusters are in force");
         assert!(rough.progress().round == 1 && rough.mean()[0] > 0.0 && rough.progress().estimate.is_finite());
         let element = &rough.mesh().elements()[0];
         let gathered = rough.gather(element.centre(), element.polygon().normal()).unwrap();

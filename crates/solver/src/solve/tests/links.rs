@@ -11,7 +11,7 @@ use crate::solve::solve;
 
 /// The leaves below an element, or itself.
 pub(super) fn leaves(solution: &Solution, element: usize) -> Vec<usize> {
-    match solution.mesh.elements()[element].children() {
+    match solution.system.mesh.elements()[element].children() {
         Some(first) => (first..first + 4).flat_map(|child| leaves(solution, child)).collect(),
         None => vec![element],
     }
@@ -23,14 +23,16 @@ fn what_a_link_neglects_is_within_its_bound() {
     let scene = Scene::read(file, Degenerate::Refuse).unwrap();
     let options = Options { error: 0.05, first_elements: 1, most_elements: 80, marking: Marking::Gradient, ..Options::default() };
     let solution = solve(&scene, &options, |_| true).unwrap();
-    let (mesh, field, optics) = (&solution.mesh, &solution.field, solution.optics());
+    let (mesh, field, optics) = (&solution.system.mesh, &solution.radiosity.field, solution.optics());
     let (mut count, mut worst) = (0, 0.0_f64);
     for receiver in 0..mesh.elements().len() {
         let stations = Station::at_nodes(mesh, receiver);
-        for link in solution.links[receiver].iter().filter(|link| field.neglected(mesh, link.source, 0, &link.rows[0]) > 0.0) {
+        for link in
+            solution.system.links[receiver].iter().filter(|link| field.neglected(mesh, link.source, 0, &link.rows[0]) > 0.0)
+        {
             let len = mesh.basis(link.source).len();
             for (station, row) in stations.iter().zip(&link.rows) {
-                for channel in 0..solution.channels.len() {
+                for channel in 0..solution.system.channels.len() {
                     let sum = |row: &Row, element: usize| -> f64 {
                         row.values.iter().zip(field.coefficients(element, channel, len)).map(|(v, c)| v * c).sum()
                     };
@@ -63,7 +65,7 @@ fn a_scene_without_light_is_dark_and_nothing_is_linked_in_it() {
     let solution = solve(&scene, &Options::default(), |_| true).unwrap();
     assert_eq!((solution.mean(), solution.mean_estimate()[0].total()), (&[0.0][..], 0.0));
     assert!(
-        solution.links.iter().all(Vec::is_empty)
+        solution.system.links.iter().all(Vec::is_empty)
             && solution.gather(DVec3::new(0.5, 0.5, 0.0), DVec3::Z).unwrap().radiosity[0] == 0.0
     );
 }

@@ -53,9 +53,14 @@ fn lamps_that_no_node_sees_are_found_or_in_the_estimate() {
         let options = Options { error: 0.5, most_elements: 4000, ..Options::default() };
         let solution = solve(&scene, &options, |_| true).unwrap();
         let fine = solve(&scene, &Options { error: 0.1, ..options }, |_| true).unwrap();
-        let error = (solution.mean[0] - fine.mean[0]).abs();
+        let error = (solution.radiosity.mean[0] - fine.radiosity.mean[0]).abs();
         let estimates = solution.mean_estimate()[0].total() + fine.mean_estimate()[0].total();
-        assert!(error <= estimates && fine.mean[0] > 0.0, "{} and {}, {estimates}", solution.mean[0], fine.mean[0]);
+        assert!(
+            error <= estimates && fine.radiosity.mean[0] > 0.0,
+            "{} and {}, {estimates}",
+            solution.radiosity.mean[0],
+            fine.radiosity.mean[0]
+        );
     }
 }
 
@@ -79,5 +84,5 @@ fn a_lamp_in_a_closed_box_lights_nothing_outside_of_it() {
     let solution = solve(&scene, &Options { error: 0.05, ..Options::default() }, |_| true).unwrap();
     let in_hall = solution.gather(DVec3::new(0.5, 0.5, -1.0), DVec3::Z).unwrap();
     assert!(solution.progress.estimate <= 0.05, "{}", solution.progress.estimate);
-    assert!(in_hall.radiosity[0] == 0.0 && in_hall.estimate[0].total() < 0.05 * solution.reflected[0], "{in_hall:?}");
+    assert!(in_hall.radiosity[0] == 0.0 && in_hall.estimate[0].total() < 0.05 * solution.radiosity.reflected[0], "{in_hall:?}");
 }

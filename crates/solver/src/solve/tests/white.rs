@@ -107,16 +107,16 @@ fn sweeps_where_hardly_any_light_is_lost_are_few() {
     let rho = 0.995;
     let scene = room(&[[rho, 1.0], [rho, 0.0], [rho, 0.0], [rho, 0.0], [rho, 0.0], [rho, 0.0]]);
     let mut solution = solved(&scene).unwrap();
-    let receivers = solution.receivers.clone();
+    let receivers = solution.system.receivers.clone();
     for &receiver in &receivers {
-        let change: Vec<f64> = solution.own[receiver].iter().map(|held| -held).collect();
-        solution.own[receiver].fill(0.0);
-        solution.field.add(&solution.mesh, receiver, 0, &change);
+        let change: Vec<f64> = solution.radiosity.own[receiver].iter().map(|held| -held).collect();
+        solution.radiosity.own[receiver].fill(0.0);
+        solution.radiosity.field.add(&solution.system.mesh, receiver, 0, &change);
     }
     let before = solution.progress.gathers;
     solution.sweep(1e-8).unwrap();
     let sweeps = (solution.progress.gathers - before) / receivers.len();
     assert!(sweeps < 150, "{sweeps}");
     let exact = 1.0 / 6.0 / (1.0 - rho);
-    assert!((solution.mean[0] / exact - 1.0).abs() < 0.1, "{:?} {exact}", solution.mean);
+    assert!((solution.radiosity.mean[0] / exact - 1.0).abs() < 0.1, "{:?} {exact}", solution.radiosity.mean);
 }
