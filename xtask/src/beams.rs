@@ -88,13 +88,13 @@ fn count(growth: Growth, per_side: u32) -> Result<Row, Box<dyn Error>> {
     let from = square(0.0, [(0.4, 0.4), (0.6, 0.4), (0.6, 0.6), (0.4, 0.6)])?;
     let to = square(1.0, [(0.4, 0.4), (0.4, 0.6), (0.6, 0.6), (0.6, 0.4)])?;
     let beam = Beam::from_polygon(&from, &to).ok_or("the squares face each other")?;
-    let found = Occluders::new(&triangles).in_beam(&beam, &[]);
+    let search = Occluders::new(&triangles).in_beam(&beam, &[]);
     Ok(Row {
         growth,
         triangles: triangles.len(),
-        in_beam: found.polygons.len(),
-        boxes: found.boxes_tested,
-        polygons: found.polygons_tested,
+        in_beam: search.polygons.len(),
+        boxes: search.boxes_tested,
+        polygons: search.polygons_tested,
     })
 }
 
@@ -146,20 +146,20 @@ fn diagram(rows: &[Row]) -> Picture {
     }
     picture.outline(&[(left, top), (right, top), (right, floor), (left, floor)], Stroke::solid(INK, 0.9));
     picture.text((left + SIZE.0 / 2.0, floor + 37.0), "triangles in the scene", text(12, INK, Anchor::Middle));
-    let last = |rows: &[&Row], count: Count| rows.last().map_or((right, floor), |row| at(row, count(row)));
+    let last = |rows: &[&Row], count: Count| rows.last().map_or((right, floor), |row| point(row, count(row)));
     let label = |picture: &mut Picture, (x, y): Point, words: &str, colour| {
         picture.text((x + 20.0, y + 4.0), words, text(12, colour, Anchor::Start));
     };
     let finer: Vec<&Row> = rows.iter().filter(|row| row.growth == Growth::Denser).collect();
-    let all: Vec<Point> = finer.iter().map(|row| at(row, row.triangles)).collect();
-    picture.line(&all, Stroke::dashed(FAINT, 1.0));
+    let every_triangle: Vec<Point> = finer.iter().map(|r| point(r, r.triangles)).collect();
+    picture.line(&every_triangle, Stroke::dashed(FAINT, 1.0));
     label(&mut picture, last(&finer, |row| row.triangles), "every triangle", FAINT);
     for growth in [Growth::Denser, Growth::Larger] {
         let rows: Vec<&Row> = rows.iter().filter(|row| row.growth == growth).collect();
         let counts: [(&str, Count, bool); 2] =
             [("compared", |row| row.boxes + row.polygons, false), ("in the beam", |row| row.in_beam, true)];
         for (what, count, dashed) in counts {
-            let points: Vec<Point> = rows.iter().map(|row| at(row, count(row))).collect();
+            let points: Vec<Point> = rows.iter().map(|row| point(row, count(row))).collect();
             picture.line(&points, Stroke { colour: growth.colour(), width: 1.4, dashed });
             points.iter().for_each(|point| picture.disc(*point, 2.6, growth.colour()));
             label(&mut picture, last(&rows, count), &format!("{what}, {} scene", growth.name()), growth.colour());
@@ -168,7 +168,7 @@ fn diagram(rows: &[Row]) -> Picture {
     picture
 }
 
-fn at(row: &Row, count: usize) -> Point {
+fn point(row: &Row, count: usize) -> Point {
     place(row.triangles as f64, count as f64)
 }
 

@@ -87,7 +87,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
 /// Every method at every setting.
 fn measured(regime: Regime, kind: Kind) -> Result<Vec<Point>, Box<dyn Error>> {
     let cases = regime.cases(kind)?;
-    let truths = Truths::of(&cases)?;
+    let truths = Truths::enclose(&cases)?;
     let runs = Method::ALL.into_iter().flat_map(|method| method.runs(&cases));
     runs.map(|run| Point::measured(run, kind, &truths)).collect()
 }

@@ -55,7 +55,7 @@ pub(crate) fn run(arguments: &Arguments, gates: &Gates) -> Result<bool, Box<dyn 
         verify::merged(&arguments.merge)?
     };
     if run.part != Part::WHOLE {
-        println!("{}", summary::of(&table, &run));
+        println!("{}", summary::print(&table, &run));
         let path = out.join(format!("bounds-{}-of-{}.json", run.part.index + 1, run.part.of));
         files::write(&path, Shard { run, table }.to_json()?)?;
         println!("written to {}; the gates are held against the whole", path.display());
@@ -83,7 +83,7 @@ fn campaigned(run: Run) -> Shard {
 
 /// Prints and writes the tables, and holds them against the requirements.
 fn judged(run: &Run, table: &Table, gates: &Gates, out: &Path) -> Result<Held, Box<dyn Error>> {
-    println!("{}", summary::of(table, run));
+    println!("{}", summary::print(table, run));
     write_whole(&out.join("bounds.csv"), |file| table.write_bounds(file))?;
     write_whole(&out.join("bounds-times.csv"), |file| table.write_times(file))?;
     write_whole(&out.join("bounds-figures.csv"), |file| table.write_figures(file))?;

@@ -73,7 +73,7 @@ struct Plates {
 }
 
 impl Plates {
-    fn of(emission: Emission) -> Result<Self, radgrad_core::Error> {
+    fn sample(emission: Emission) -> Result<Self, radgrad_core::Error> {
         let emitter = Emitter::new(Polygon::new(TRIANGLE.to_vec())?, emission)?;
         let receiver = |x: f64, y: f64| Receiver::new(DVec3::new(x, y, 0.0), DVec3::Z, 1.0);
         let value = |x: f64, y: f64| radgrad_core::radiosity(&receiver(x, y)?, &emitter);
@@ -89,7 +89,7 @@ impl Plates {
 /// Writes every figure and says where.
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
     fs::create_dir_all(&arguments.out).map_err(|source| Error::Folder { path: arguments.out.clone(), source })?;
-    let (constant, linear) = (Plates::of(Emission::Constant(1.0))?, Plates::of(Emission::at_vertices(LINEAR.to_vec()))?);
+    let (constant, linear) = (Plates::sample(Emission::Constant(1.0))?, Plates::sample(Emission::at_vertices(LINEAR.to_vec()))?);
     for (name, picture, scale) in pictures(&constant, &linear) {
         let path = arguments.out.join(&name);
         let bytes = picture.png(scale).map_err(|reason| Error::Encode { figure: name, reason })?;

@@ -161,7 +161,7 @@ fn compiler() -> Result<String, Box<dyn Error>> {
 fn table(counts: &[Count], limits: &Limits) -> comfy_table::Table {
     let mut table = summary::with_header(&["kernel", "instructions an answer", "limit"]);
     for Count { kernel, instructions } in counts {
-        let limit = limits.of(kernel).map_or_else(|| "none".to_owned(), |limit| limit.to_string());
+        let limit = limits.limit(kernel).map_or_else(|| "none".to_owned(), |limit| limit.to_string());
         table.add_row([kernel.clone(), format!("{instructions:.0}"), limit]);
     }
     summary::right_aligned(table)

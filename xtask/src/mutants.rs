@@ -138,7 +138,7 @@ fn search(program: &Program, faults: impl Iterator<Item = usize>, rounds: u64) -
     for fault in faults {
         for line in program.searched(fault, rounds)? {
             let mut witness: Witness = serde_json::from_str(&line)?;
-            let asked = witness.ask.of(&witness.case);
+            let asked = witness.ask.check(&witness.case);
             if let Some(held) = asked.held.iter().find(|held| held.place == witness.place) {
                 (witness.ratio, witness.bound) = (held.ratio, held.bound);
                 lines.push(serde_json::to_string(&witness)?);

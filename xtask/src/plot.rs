@@ -28,7 +28,7 @@ pub(crate) enum Colours {
 
 impl Colours {
     /// The colour at `t` in [0, 1], in steps no eye can tell apart: neighbours that are equal make a file a quarter smaller.
-    pub(crate) fn at(self, t: f64) -> Rgb {
+    pub(crate) fn colour(self, t: f64) -> Rgb {
         const STEPS: f64 = 192.0;
         let map = match self {
             Self::Viridis => ColorMap::Viridis,
@@ -214,10 +214,10 @@ fn dashes(from: Point, to: Point) -> impl Iterator<Item = (Point, Point)> {
     let length = (dx * dx + dy * dy).sqrt();
     let periods = ((length - DASH) / PERIOD).round().max(1.0);
     let period = (length - DASH) / periods;
-    let at = move |s: f64| (from.0 + dx * s / length, from.1 + dy * s / length);
+    let point = move |s: f64| (from.0 + dx * s / length, from.1 + dy * s / length);
     std::iter::successors(Some(0.0), |i| Some(i + 1.0))
         .take_while(move |i| *i <= periods)
-        .map(move |i| (at(i * period), at(i * period + DASH)))
+        .map(move |i| (point(i * period), point(i * period + DASH)))
 }
 
 const fn rgb((red, green, blue): Rgb) -> Color {

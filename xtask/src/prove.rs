@@ -36,10 +36,11 @@ const PATIENCE: u32 = 10;
 
 /// Whether all is proved that should be, and nothing else; true where there is no gappa.
 pub(crate) fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
-    let lemmas: Vec<&Lemma> =
-        all().filter(|lemma| arguments.names.is_empty() || arguments.names.iter().any(|name| name == lemma.name)).collect();
-    if let Some(unknown) = arguments.names.iter().find(|name| all().all(|lemma| lemma.name != name.as_str())) {
-        let names: Vec<_> = all().map(|lemma| lemma.name).collect();
+    let lemmas: Vec<&Lemma> = every_lemma()
+        .filter(|lemma| arguments.names.is_empty() || arguments.names.iter().any(|name| name == lemma.name))
+        .collect();
+    if let Some(unknown) = arguments.names.iter().find(|name| every_lemma().all(|lemma| lemma.name != name.as_str())) {
+        let names: Vec<_> = every_lemma().map(|lemma| lemma.name).collect();
         return Err(format!("no lemma is called {unknown:?}; these are: {}", names.join(", ")).into());
     }
     fs::create_dir_all(&arguments.out)?;
@@ -104,7 +105,7 @@ fn skip(out: &Path, lemmas: &[&Lemma], why: &io::Error) -> Result<(), Box<dyn Er
     Ok(())
 }
 
-fn all() -> impl Iterator<Item = &'static Lemma> {
+fn every_lemma() -> impl Iterator<Item = &'static Lemma> {
     function::LEMMAS.iter().chain(arc::LEMMAS)
 }
 
@@ -186,9 +187,9 @@ mod tests {
                 numbers.map(|number| number.place)
             });
             if tape.decisions() == other.decisions() {
-                let found = tape.replay(&[v, u]);
+                let replayed = tape.replay(&[v, u]);
                 let direct = [closed_forms::arc_tangent(v, u), closed_forms::logarithm(v), closed_forms::psi(u)];
-                assert_eq!((a, a.map(|place| found[place])), (b, direct), "{v} {u}");
+                assert_eq!((a, a.map(|place| replayed[place])), (b, direct), "{v} {u}");
                 compared += 1;
             }
         }
@@ -199,7 +200,7 @@ mod tests {
     #[test]
     fn every_number_of_a_script_is_defined_or_has_a_hypothesis() {
         let mut names = BTreeSet::new();
-        for lemma in all() {
+        for lemma in every_lemma() {
             let cases = (lemma.cases)(&Stated::as_is(lemma));
             let wrong = (lemma.cases)(&Stated::half(lemma));
             assert!(!cases.is_empty() && cases.len() == wrong.len(), "{}", lemma.name);

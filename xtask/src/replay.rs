@@ -41,7 +41,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     show_outcome(&outcome);
     let held = show_bounds(&case);
     let gates = Gates::from_toml(&std::fs::read_to_string(in_workspace("data/gates.toml"))?)?;
-    let violations = gates.violations(&Table::of(name, &outcome));
+    let violations = gates.violations(&Table::single(name, &outcome));
     for violation in &violations {
         println!("VIOLATED {violation}");
     }

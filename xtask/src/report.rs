@@ -60,7 +60,7 @@ const MOST_BYTES: usize = 6_000_000;
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     let out = &arguments.out;
     fs::create_dir_all(out).map_err(|error| format!("{}: {error}", out.display()))?;
-    let Report { html, data, copied } = Report::of(&arguments.from, &arguments.bench, Pictures::draw()?)?;
+    let Report { html, data, copied } = Report::read(&arguments.from, &arguments.bench, Pictures::draw()?)?;
     for path in &copied {
         let to = out.join(path.file_name().unwrap_or_default());
         files::write(&to, fs::read(path).map_err(|error| format!("{}: {error}", path.display()))?)?;
@@ -88,7 +88,7 @@ struct Report {
 }
 
 impl Report {
-    fn of(from: &Path, bench: &Path, mut pictures: Pictures) -> Result<Self, Box<dyn Error>> {
+    fn read(from: &Path, bench: &Path, mut pictures: Pictures) -> Result<Self, Box<dyn Error>> {
         let audit = Audit::read(from)?;
         let read = |path: &str| fs::read_to_string(in_workspace(path)).map_err(|error| format!("{path}: {error}"));
         let gates = Gates::from_toml(&read("data/gates.toml")?)?;

@@ -67,7 +67,7 @@ fn hold(cases: u64, plant: bool, effort: &Effort, arguments: &Arguments, gates: 
     let bar = ProgressBar::new(cases.div_ceil(families.len() as u64) * families.len() as u64);
     bar.set_style(style());
     let (done, all) = (AtomicU64::new(0), bar.length().unwrap_or(cases));
-    let table = Table::of(&families, cases, arguments.seed, effort, |name, violations| {
+    let table = Table::measure(&families, cases, arguments.seed, effort, |name, violations| {
         bar.set_message(name.family.name());
         bar.inc(1);
         // A long run says at once how far it is and what it finds, in a file too.
@@ -109,10 +109,10 @@ fn hold(cases: u64, plant: bool, effort: &Effort, arguments: &Arguments, gates: 
     let [missed, of] = table.missed();
     record.note("certificates", of);
     record.note("certificates_missed", missed);
-    let most = requirement.may_miss(of);
-    if missed as f64 > most {
+    let allowed = requirement.may_miss(of);
+    if missed as f64 > allowed {
         record.violated(
-            format_args!("scenes: {missed} of {of} certificates failed, the gate is {most:.1}"),
+            format_args!("scenes: {missed} of {of} certificates failed, the gate is {allowed:.1}"),
             "cargo xtask verify --scenes",
         );
     }
@@ -142,15 +142,15 @@ pub(crate) fn brackets(pairs: u64, arguments: &Arguments, gates: &Gates) -> Resu
     let (start, out) = (Instant::now(), &arguments.out);
     let bar = ProgressBar::new(pairs);
     bar.set_style(style());
-    let found = Brackets::of(&asked(Subject::Factors, arguments), pairs, arguments.seed, |name, row| {
+    let brackets = Brackets::measure(&asked(Subject::Factors, arguments), pairs, arguments.seed, |name, row| {
         bar.set_message(name.family.name());
         bar.inc(row.pairs);
     });
     bar.finish_and_clear();
-    write_whole(&out.join("factor-brackets.csv"), |file| found.write(file))?;
-    let (tried, outside) = (found.pairs(), found.outside.len());
+    write_whole(&out.join("factor-brackets.csv"), |file| brackets.write(file))?;
+    let (tried, outside) = (brackets.pairs(), brackets.outside.len());
     let mut printed = with_header(&brackets::HEADER);
-    for (family, row) in &found.rows {
+    for (family, row) in &brackets.rows {
         printed.add_row(row.cells(*family));
     }
     println!(
@@ -162,7 +162,7 @@ pub(crate) fn brackets(pairs: u64, arguments: &Arguments, gates: &Gates) -> Resu
     record.note("outside", outside);
     record.note("seconds", format!("{:.0}", start.elapsed().as_secs_f64()));
     if outside as u64 > gates.scenes().broken {
-        for one in &found.outside {
+        for one in &brackets.outside {
             record.violated(format_args!("{}: {}", one.name, one.said), &format!("cargo xtask replay {}", one.name));
         }
     }
@@ -177,25 +177,25 @@ pub(crate) fn gradients(scenes: u64, arguments: &Arguments, gates: &Gates) -> Re
     let (start, out, families) = (Instant::now(), &arguments.out, asked(Subject::Solve, arguments));
     let bar = ProgressBar::new(scenes.div_ceil(families.len() as u64) * families.len() as u64);
     bar.set_style(style());
-    let found = Gradients::of(&families, scenes, arguments.seed, |name| {
+    let gradients = Gradients::measure(&families, scenes, arguments.seed, |name| {
         bar.set_message(name.family.name());
         bar.inc(1);
     });
     bar.finish_and_clear();
-    write_whole(&out.join("gradients.csv"), |file| found.write(file))?;
+    write_whole(&out.join("gradients.csv"), |file| gradients.write(file))?;
     let mut printed = with_header(&gradients::HEADER);
-    found.rows.iter().for_each(|(family, row)| {
+    gradients.rows.iter().for_each(|(family, row)| {
         printed.add_row(row.cells(*family));
     });
-    let (count, share, requirement) = (found.count(), found.share_within(), gates.scenes());
+    let (count, share, requirement) = (gradients.count(), gradients.share_within(), gates.scenes());
     println!(
         "{count} gradients, seed {}: {:.1} % within 1 %, estimate over error {:.1} in the median\n{}",
         arguments.seed,
         100.0 * share,
-        found.median_estimate().unwrap_or(f64::NAN),
+        gradients.median_estimate().unwrap_or(f64::NAN),
         fitted(right_aligned(printed))
     );
-    for (name, slope) in &found.beyond {
+    for (name, slope) in &gradients.beyond {
         let (error, estimate) = (100.0 * slope.error(), slope.estimate_over_error());
         println!(
             "{name}: point {}, channel {}: off by {error:.1} %, estimated {estimate:.1e} times that",
@@ -207,11 +207,11 @@ pub(crate) fn gradients(scenes: u64, arguments: &Arguments, gates: &Gates) -> Re
     record.note("within_1_percent", format!("{share:.4}"));
     record.note("seconds", format!("{:.0}", start.elapsed().as_secs_f64()));
     let command = "cargo xtask verify --gradients";
-    for (name, why) in &found.failed {
+    for (name, why) in &gradients.failed {
         record.violated(format_args!("gradients: {name} has no answer: {why}"), &format!("cargo xtask replay {name}"));
     }
-    if found.share_judged() < requirement.least_judged {
-        let (part, least) = (100.0 * found.share_judged(), 100.0 * requirement.least_judged);
+    if gradients.share_judged() < requirement.least_judged {
+        let (part, least) = (100.0 * gradients.share_judged(), 100.0 * requirement.least_judged);
         record.violated(format_args!("gradients: {part:.0} % were judged, the gate is {least:.0} %"), command);
     }
     // Of no gradients there is no share.
@@ -219,10 +219,12 @@ pub(crate) fn gradients(scenes: u64, arguments: &Arguments, gates: &Gates) -> Re
         let least = 100.0 * requirement.least_gradients;
         record.violated(format_args!("gradients: {:.1} % are within 1 %, the gate is {least:.0} %", 100.0 * share), command);
     }
-    if let Some(median) = found.median_estimate().filter(|median| *median > requirement.most_gradient_estimate) {
-        let most = requirement.most_gradient_estimate;
-        record
-            .violated(format_args!("gradients: the median of estimates over errors is {median:.1}, the gate is {most}"), command);
+    if let Some(median) = gradients.median_estimate().filter(|median| *median > requirement.most_gradient_estimate) {
+        let allowed = requirement.most_gradient_estimate;
+        record.violated(
+            format_args!("gradients: the median of estimates over errors is {median:.1}, the gate is {allowed}"),
+            command,
+        );
     }
     record.write(out)
 }
@@ -244,9 +246,9 @@ fn report(violation: &Violation, record: &mut Record) {
 fn said(violation: &Violation) -> String {
     let Violation { name, subject, faults } = violation;
     let more = faults.len().saturating_sub(1);
-    let rest = if more == 0 { String::new() } else { format!(", and {more} more") };
+    let more_faults = if more == 0 { String::new() } else { format!(", and {more} more") };
     let first = faults.first().map_or("", String::as_str);
-    format!("{name}: {}: {first}{rest}", subject.name())
+    format!("{name}: {}: {first}{more_faults}", subject.name())
 }
 
 fn printed(table: &Table) -> String {
@@ -319,11 +321,11 @@ fn write(model: &Model, name: &str, out: &Path) -> Result<PathBuf, Box<dyn Error
 }
 
 fn plant_faults(seed: u64, out: &Path, may_miss: u64, record: &mut Record) -> Result<(), Box<dyn Error>> {
-    let found = find(&Fault::ALL, seed, LOOKED_AT, &EFFORT);
+    let planted = find(&Fault::ALL, seed, LOOKED_AT, &EFFORT);
     let mut printed = with_header(&["fault planted in a scene", "asked", "scenes tried", "caught by"]);
     let mut table = csv::Writer::from_writer(Vec::new());
     table.write_record(["fault", "subject", "scenes", "caught_by"])?;
-    for Found { fault, scenes, by } in &found {
+    for Found { fault, scenes, by } in &planted {
         let by = by.map_or_else(String::new, |name| name.to_string());
         let cells = [fault.name().to_owned(), fault.subject().name().to_owned(), scenes.to_string(), by];
         table.write_record(&cells)?;
@@ -331,13 +333,13 @@ fn plant_faults(seed: u64, out: &Path, may_miss: u64, record: &mut Record) -> Re
     }
     files::write(&out.join("scene-faults.csv"), table.into_inner()?)?;
     println!("{}", fitted(right_aligned(printed)));
-    let missed: Vec<&Found> = found.iter().filter(|found| found.by.is_none()).collect();
-    record.note("faults_planted", found.len());
+    let missed: Vec<&Found> = planted.iter().filter(|planted| planted.by.is_none()).collect();
+    record.note("faults_planted", planted.len());
     record.note("faults_missed", missed.len());
     if missed.len() as u64 > may_miss {
-        for found in missed {
+        for planted in missed {
             record.violated(
-                format_args!("scenes: {} is not caught in {} scenes", found.fault.name(), found.scenes),
+                format_args!("scenes: {} is not caught in {} scenes", planted.fault.name(), planted.scenes),
                 "cargo xtask verify --scenes",
             );
         }

@@ -96,8 +96,8 @@ const COLUMNS: usize = 100;
 /// How many columns the terminal has, or `COLUMNS` says.
 fn columns() -> usize {
     let said = std::env::var("COLUMNS").ok().and_then(|columns| columns.parse().ok());
-    let seen = || console::Term::stdout().size_checked().map(|(_, columns)| usize::from(columns));
-    said.or_else(seen).filter(|columns| *columns >= 40).unwrap_or(COLUMNS)
+    let terminal_width = || console::Term::stdout().size_checked().map(|(_, columns)| usize::from(columns));
+    said.or_else(terminal_width).filter(|columns| *columns >= 40).unwrap_or(COLUMNS)
 }
 
 /// A table without the last columns that the terminal has no place for; the files have them all.
@@ -112,8 +112,8 @@ fn fitted_to(mut table: Printed, columns: usize) -> String {
         let text = table.to_string();
         let widest = text.lines().map(|line| line.chars().count()).max().unwrap_or(0);
         if widest <= columns || left_out + 2 >= count {
-            let rest = if left_out == 0 { String::new() } else { format!("\n({left_out} more columns in the files)") };
-            return text + &rest;
+            let left_out_note = if left_out == 0 { String::new() } else { format!("\n({left_out} more columns in the files)") };
+            return text + &left_out_note;
         }
         left_out += 1;
         if let Some(column) = table.column_mut(count - left_out) {

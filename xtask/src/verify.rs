@@ -183,11 +183,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     compare(&run, arguments, &mut record)?;
     let digits = judge_digits(&run, arguments, &mut record)?;
     // Families of cases alone are asked for without scenes.
-    let all = arguments.family.is_empty();
-    let scenes = if all { Some(crate::scenes::beside(arguments, &gates)?) } else { None };
-    let are_held = !all || crate::scenes::brackets(PAIRS[usize::from(arguments.quick)], arguments, &gates)?;
+    let every_family = arguments.family.is_empty();
+    let scenes = if every_family { Some(crate::scenes::beside(arguments, &gates)?) } else { None };
+    let are_held = !every_family || crate::scenes::brackets(PAIRS[usize::from(arguments.quick)], arguments, &gates)?;
     let passed = record.write(&arguments.out)? & bounds.passed & scenes.is_none_or(|scenes| scenes.passed) & are_held;
-    let found = paragraph::Found {
+    let figures = paragraph::Found {
         table: &table,
         bounds,
         witnesses,
@@ -197,7 +197,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
         scenes,
         seconds: start.elapsed().as_secs_f64(),
     };
-    println!("{}", found.said(&run, &arguments.out));
+    println!("{}", figures.said(&run, &arguments.out));
     Ok(ended(passed))
 }
 
@@ -250,8 +250,8 @@ fn judge_digits(run: &Run, arguments: &Arguments, record: &mut Record) -> Result
 
 /// The small setting of the audit, with the recorded witnesses; how many of these there are.
 fn judge_small(gates: &Gates, record: &mut Record) -> Result<usize, Box<dyn Error>> {
-    let witnesses = witness::all(&in_workspace("data/worst"))?;
-    let records = radgrad_audit::record::all(&in_workspace("data/record"))?;
+    let witnesses = witness::read_all(&in_workspace("data/worst"))?;
+    let records = radgrad_audit::record::read_all(&in_workspace("data/record"))?;
     for wrong in bite(&Setting { gates, witnesses: &witnesses, records: &records, first: None, made: Made::All }) {
         record.violated(format_args!("{}: {}", wrong.check, wrong.what), "cargo run -p radgrad-audit --example bite");
     }
@@ -268,8 +268,8 @@ pub(crate) fn ended(passed: bool) -> bool {
 
 fn measured(arguments: &Arguments) -> Measured {
     let families = arguments.families();
-    let all = arguments.cases.unwrap_or(CASES);
-    let wanted = if arguments.quick { all.div_ceil(20) } else { all };
+    let total = arguments.cases.unwrap_or(CASES);
+    let wanted = if arguments.quick { total.div_ceil(20) } else { total };
     let cases = wanted.div_ceil(families.len() as u64);
     let run = Run { part: arguments.part(), ..Run::of_each(cases, &families, arguments.seed) };
     let bar = ProgressBar::new(run.count());

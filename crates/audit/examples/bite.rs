@@ -17,9 +17,9 @@ use std::process::ExitCode;
 use radgrad_audit::bite::{Made, Setting, bite};
 use radgrad_audit::family::Family;
 use radgrad_audit::gates::Gates;
-use radgrad_audit::record::{self, Of, Record};
+use radgrad_audit::record::{self, Record, RecordedSubject};
 use radgrad_audit::search::Search;
-use radgrad_audit::witness::{self, Ask, Held, Witness};
+use radgrad_audit::witness::{self, Held, Query, Witness};
 use rayon::prelude::*;
 
 type Ended = Result<ExitCode, Box<dyn Error>>;
@@ -27,7 +27,7 @@ type Ended = Result<ExitCode, Box<dyn Error>>;
 fn main() -> Ended {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
-    let witnesses = || witness::all(&data("worst"));
+    let witnesses = || witness::read_all(&data("worst"));
     match words[..] {
         ["search", rounds] => climb(&witnesses()?, rounds.parse()?),
         ["worst", rounds] => worst(&witnesses()?, rounds.parse()?),
@@ -43,7 +43,7 @@ fn data(name: &str) -> PathBuf {
 
 fn judge(words: &[&str]) -> Ended {
     let gates = Gates::from_toml(&std::fs::read_to_string(data("gates.toml"))?)?;
-    let (witnesses, records) = (witness::all(&data("worst"))?, record::all(&data("record"))?);
+    let (witnesses, records) = (witness::read_all(&data("worst"))?, record::read_all(&data("record"))?);
     let first = words.iter().position(|word| *word == "--check").and_then(|place| words.get(place + 1)).copied();
     let made = if words.contains(&"--alone") {
         Made::First
@@ -108,8 +108,8 @@ fn ordinary(cases: u64) -> Ended {
     ];
     for (family, index) in families.into_iter().flat_map(|family| (0..cases).map(move |index| (family, index))) {
         let case = family.case(21, index);
-        for ask in [Ask::Answer(1.0), Ask::Lanes(1.0)] {
-            for Held { place, bound, ratio } in ask.of(&case).held {
+        for ask in [Query::Answer(1.0), Query::Lanes(1.0)] {
+            for Held { place, bound, ratio } in ask.check(&case).held {
                 println!("{}", serde_json::to_string(&Witness { place, ask, ratio, bound, case: case.clone() })?);
             }
         }
@@ -120,7 +120,7 @@ fn ordinary(cases: u64) -> Ended {
 /// The records of a file, made anew; or of what its lines name: `tree 3`, `factors facing:1:0`, `oracle limbs 20 @ generic:1:0`.
 fn again(file: &Path) -> Ended {
     let text = std::fs::read_to_string(file)?;
-    let read = |line: &str| -> Result<(Of, Option<radgrad_scene::case::Case>), String> {
+    let read = |line: &str| -> Result<(RecordedSubject, Option<radgrad_scene::case::Case>), String> {
         if let Ok(record) = serde_json::from_str::<Record>(line) {
             return Ok((record.of, record.case));
         }

@@ -19,7 +19,7 @@ use rayon::prelude::*;
 use crate::family::{Family, Name};
 use crate::measure::{is_worse, ratio, worse};
 use crate::run::Run;
-use crate::seen::seen;
+use crate::seen::visible_part;
 use crate::truth::Truth;
 
 /// Relative tolerance asked of the cubature.
@@ -111,8 +111,8 @@ fn compare(case: Name, paper_gate: f64) -> Agreement {
     }
     let mut contradict = |way, what| agreement.contradictions.push(Contradiction { case, way, what });
     // It integrates over one plane, and the enclosure over the triangles of the vertices as they are.
-    let seen = seen(&problem).filter(|_| !case.family.is_rounded());
-    match seen.map_or(Ok(None), |seen| by_cubature(&problem.receiver, &seen)) {
+    let visible = visible_part(&problem).filter(|_| !case.family.is_rounded());
+    match visible.map_or(Ok(None), |emitter| by_cubature(&problem.receiver, &emitter)) {
         Ok(Some((radiosity, gradient))) => {
             agreement.cubature = 1;
             let worst = relative_error(&truth, radiosity, gradient);
@@ -213,7 +213,8 @@ mod tests {
             }
             let touches = family == Family::InPlaneInside;
             assert!(touches || agreement.monte_carlo == agreement.enclosed, "{family}: {agreement:?}");
-            let is_seen = !family.is_rounded() && family.case(2, 0).problem().is_ok_and(|problem| seen(&problem).is_some());
+            let is_seen =
+                !family.is_rounded() && family.case(2, 0).problem().is_ok_and(|problem| visible_part(&problem).is_some());
             // An ulp over the surface the integrand is a spike that no adaptive rule finds.
             let is_spike = family == Family::OnSurface;
             assert!(is_spike || agreement.cubature > 0 || agreement.enclosed == 0 || !is_seen, "{family}: {agreement:?}");
@@ -224,7 +225,7 @@ mod tests {
     fn a_wrong_truth_is_contradicted_by_cubature_and_by_sampling() {
         let case = Name { family: Family::Generic, seed: 1, index: 0 };
         let problem = case.case().problem().expect("valid");
-        let mut truth = Truth::of(&problem.receiver, &problem.emitter).expect("enclosed");
+        let mut truth = Truth::unoccluded(&problem.receiver, &problem.emitter).expect("enclosed");
         truth.radiosity = truth.gradient[0].clone();
         let (radiosity, gradient) = by_cubature(&problem.receiver, &problem.emitter).expect("no error").expect("converged");
         assert!(relative_error(&truth, radiosity, gradient) > 0.1);

@@ -24,7 +24,7 @@ use crate::family::{Family, Name};
 use crate::forms::forms;
 use crate::gates::Gates;
 use crate::measure::{Kind, Outcome, Quantity};
-use crate::record::{Asked, Of, Record};
+use crate::record::{Asked, Record, RecordedSubject};
 use crate::run::{Part, Run};
 use crate::sampler::Sampler;
 use crate::scenes;
@@ -33,7 +33,7 @@ use crate::seen::reduced;
 use crate::shard::Shard;
 use crate::table::Table;
 use crate::truth::Truth;
-use crate::witness::{self, Ask, Witness};
+use crate::witness::{self, Query, Witness};
 use crate::{derivatives, entries, operations};
 
 /// Something wrong.
@@ -158,7 +158,7 @@ fn merge(_: &Setting<'_>) -> Vec<String> {
         4 => Outcome::Refused("why".to_owned()),
         index => Outcome::Measured([0.0, 1e-17 * (index * 7 % 5) as f64, index as f64, 0.1 * (10 - index % 10) as f64, 0.2, 0.3]),
     };
-    let table = |run: &Run| run.names().map(|name| Table::of(name, &outcome(name))).collect::<Table>();
+    let table = |run: &Run| run.names().map(|name| Table::single(name, &outcome(name))).collect::<Table>();
     let shard = |index: u64| {
         let run = Run { part: Part { index, of: 3 }, ..whole.clone() };
         Shard { table: table(&run), run }
@@ -184,7 +184,7 @@ fn merge(_: &Setting<'_>) -> Vec<String> {
         findings.push(format!("the worst of 0 to 10 is {worst:?}"));
     }
     let late_first =
-        [5, 2].map(|index| Table::of(Name { family: Family::Far, seed: 1, index }, &Outcome::Refused(String::new())));
+        [5, 2].map(|index| Table::single(Name { family: Family::Far, seed: 1, index }, &Outcome::Refused(String::new())));
     let first =
         late_first.into_iter().collect::<Table>().families()[&Family::Far].counts().get(&Kind::Refused).map(|b| b.first.index);
     if first != Some(2) {
@@ -232,7 +232,7 @@ fn canaries(setting: &Setting<'_>) -> Vec<String> {
             let mut figures = [0.0; 6];
             figures[quantity as usize] = factor * gate;
             let name = Name { family: Family::Generic, seed: 1, index: 0 };
-            setting.gates.violations(&Table::of(name, &Outcome::Measured(figures))).len()
+            setting.gates.violations(&Table::single(name, &Outcome::Measured(figures))).len()
         };
         if [of(1.0), of(1.01)] != [0, 1] {
             findings.push(format!("{} at its gate and 1 % above: {} and {} violations", quantity.name(), of(1.0), of(1.01)));
@@ -257,13 +257,13 @@ fn lanes(_: &Setting<'_>) -> Vec<String> {
     let names = names_of(&families, 16, 9);
     let ask = |name: &Name| {
         let case = name.case();
-        [Ask::Lanes(1.0), Ask::SingleLanes(1.0)].into_iter().flat_map(|ask| complaints(name, ask, &case)).collect::<Vec<_>>()
+        [Query::Lanes(1.0), Query::SingleLanes(1.0)].into_iter().flat_map(|ask| complaints(name, ask, &case)).collect::<Vec<_>>()
     };
     names.par_iter().flat_map_iter(ask).collect()
 }
 
-fn complaints(name: &impl Display, ask: Ask, case: &radgrad_scene::case::Case) -> Vec<String> {
-    let asked = ask.of(case);
+fn complaints(name: &impl Display, ask: Query, case: &radgrad_scene::case::Case) -> Vec<String> {
+    let asked = ask.check(case);
     let broken = asked.held.iter().filter(|held| held.ratio > 1.0);
     let broken = broken.map(|held| format!("{name}, {ask}, {}: broken by a factor of {:.3}", held.place, held.ratio));
     broken.chain(asked.faults.iter().map(|fault| format!("{name}, {fault}"))).collect()
@@ -273,7 +273,7 @@ fn complaints(name: &impl Display, ask: Ask, case: &radgrad_scene::case::Case) -
 fn awkward_cases(_: &Setting<'_>) -> Vec<String> {
     let ask = |index: u64| {
         let case = awkward(&mut Sampler::new(4, "awkward", index));
-        let asks = [Ask::Answer(1.0), Ask::Answer(1e-12), Ask::Lanes(1.0)].into_iter();
+        let asks = [Query::Answer(1.0), Query::Answer(1e-12), Query::Lanes(1.0)].into_iter();
         asks.flat_map(|ask| complaints(&format_args!("awkward:4:{index}"), ask, &case)).collect::<Vec<_>>()
     };
     (0..200u64).into_par_iter().flat_map_iter(ask).collect()
@@ -285,7 +285,7 @@ fn brinks(_: &Setting<'_>) -> Vec<String> {
         let case = brink(&mut Sampler::new(5, "brinks", index));
         let name = format!("brinks:5:{index}");
         let mut findings: Vec<String> =
-            [Ask::Answer(1.0), Ask::Answer(1e-12), Ask::Value(1.0), Ask::Lanes(1.0), Ask::SingleLanes(1.0)]
+            [Query::Answer(1.0), Query::Answer(1e-12), Query::Value(1.0), Query::Lanes(1.0), Query::SingleLanes(1.0)]
                 .into_iter()
                 .flat_map(|ask| complaints(&name, ask, &case))
                 .collect();
@@ -300,30 +300,30 @@ fn off_the_oracle(name: &str, case: &radgrad_scene::case::Case) -> Vec<String> {
     let Ok(problem) = case.problem() else { return vec![format!("{name}: refused")] };
     // A surface that is not flat is another one by each vertex that it is named by first; answers must agree whatever the truth is.
     if problem.emitter.polygon().planarity_defect() > 0.0 {
-        let contradicted = |ask: Ask| {
+        let contradicted = |ask: Query| {
             let apart = witness::apart_from_other_names(ask, &problem);
             (apart > 1.0).then(|| format!("{name}, {ask}: {apart:.3} bounds from what it is by another vertex named first"))
         };
-        return [Ask::Answer(1.0), Ask::Answer(1e-12)].into_iter().filter_map(contradicted).collect();
+        return [Query::Answer(1.0), Query::Answer(1e-12)].into_iter().filter_map(contradicted).collect();
     }
     let request = Request { digits: 15, arithmetic: Some(Arithmetic::DoubleDouble), budget: 20_000 };
     let Ok(enclosure) = enclose_source_past(&problem.receiver, &Source::Emitter(&problem.emitter), &[], &request) else {
         return Vec::new();
     };
     let truth = Truth { radiosity: enclosure.radiosity, gradient: enclosure.gradient };
-    let contradicts = |ask: Ask| {
+    let contradicts = |ask: Query| {
         let Ok(Some((_, answer))) = ask.answer(&problem) else { return None };
         let (value, gradient) = truth.errors_at_least(answer.radiosity, answer.gradient);
         let is_off = value > answer.radiosity_error || gradient > answer.gradient_error;
         is_off.then(|| format!("{name}, {ask}: {answer:?}, the oracle has {:e}", truth.radiosity.to_f64()))
     };
-    [Ask::Answer(1.0), Ask::Answer(1e-12), Ask::Lanes(1.0)].into_iter().filter_map(contradicts).collect()
+    [Query::Answer(1.0), Query::Answer(1e-12), Query::Lanes(1.0)].into_iter().filter_map(contradicts).collect()
 }
 
 /// A bent sheet of lamps by a tree, against its lamps one by one.
 fn trees(_: &Setting<'_>) -> Vec<String> {
     let ask = |index: u64| {
-        let said = Of::Tree(index).asked(None);
+        let said = RecordedSubject::Tree(index).asked(None);
         let findings = said.map_or_else(|error| vec![error], |said| said.wrong);
         named(format_args!("receiver {index}"), findings)
     };
@@ -479,7 +479,7 @@ fn other_entries(_: &Setting<'_>) -> Vec<String> {
 fn brackets(_: &Setting<'_>) -> Vec<String> {
     use scenes::family::Family as Scenes;
     let families = [Scenes::Clutter, Scenes::Slit, Scenes::Touching, Scenes::Open, Scenes::Grating, Scenes::Downlight];
-    let brackets = scenes::brackets::Brackets::of(&families, 300, 13, |_, _| ());
+    let brackets = scenes::brackets::Brackets::measure(&families, 300, 13, |_, _| ());
     brackets.outside.iter().map(|outside| format!("{}: {}", outside.name, outside.said)).collect()
 }
 
@@ -503,7 +503,7 @@ fn whole_scenes(_: &Setting<'_>) -> Vec<String> {
         Scenes::Rounded,
         Scenes::Nested,
     ];
-    let table = scenes::table::Table::of(&families, families.len() as u64, 11, &effort, |_, _| ());
+    let table = scenes::table::Table::measure(&families, families.len() as u64, 11, &effort, |_, _| ());
     let of = |violation: &scenes::table::Violation| {
         let first = violation.faults.first().map_or("", String::as_str);
         format!("{}: {}: {first}", violation.name, violation.subject.name())

@@ -42,8 +42,8 @@ impl Condition {
     ///
     /// # Errors
     /// If core refuses to answer, or a moved emitter is no longer valid.
-    pub fn of(receiver: &Receiver, emitter: &Emitter) -> Result<Self, Error> {
-        Self::past(receiver, emitter, &[])
+    pub fn unoccluded(receiver: &Receiver, emitter: &Emitter) -> Result<Self, Error> {
+        Self::occluded(receiver, emitter, &[])
     }
 
     /// The condition with occluders. If the visible part of the emitter is a polygon, it takes the emitter's place.
@@ -52,10 +52,10 @@ impl Condition {
     /// As [`Self::of`].
     pub fn of_problem(problem: &Problem) -> Result<Self, Error> {
         let (emitter, occluders) = reduced(problem);
-        Self::past(&problem.receiver, &emitter, occluders)
+        Self::occluded(&problem.receiver, &emitter, occluders)
     }
 
-    fn past(receiver: &Receiver, emitter: &Emitter, occluders: &[Polygon]) -> Result<Self, Error> {
+    fn occluded(receiver: &Receiver, emitter: &Emitter, occluders: &[Polygon]) -> Result<Self, Error> {
         if !occluders.is_empty() {
             return past_screens(receiver, emitter, occluders);
         }
@@ -65,8 +65,8 @@ impl Condition {
         let mut sum = Self { radiosity: f64::EPSILON * radiosity.abs(), gradient: f64::EPSILON * norm(gradient) };
         for (motion, half_ulp, lever) in setup.motions() {
             let step = half_ulp.max(STEP * setup.feature / lever);
-            let at = |step| setup.moved(motion, step).and_then(|(r, e)| answer(&r, &e));
-            let (forward, backward) = (at(step)?, at(-step)?);
+            let moved_answer = |step| setup.moved(motion, step).and_then(|(r, e)| answer(&r, &e));
+            let (forward, backward) = (moved_answer(step)?, moved_answer(-step)?);
             let share = half_ulp / (2.0 * step);
             sum.radiosity += share * (forward.0 - backward.0).abs();
             sum.gradient += share * norm(forward.1 - backward.1);
@@ -101,8 +101,8 @@ fn past_screens(receiver: &Receiver, emitter: &Emitter, occluders: &[Polygon]) -
         setup.motions().into_iter().filter(|(m, ..)| matches!(m, Motion::Position(_) | Motion::Turn(_)))
     {
         let step = half_ulp.max(step / lever);
-        let at = |step| setup.moved(motion, step).and_then(|(r, e)| see(&r, &e, DVec3::ZERO));
-        add(half_ulp / (2.0 * step), at(step)?, at(-step)?);
+        let moved_answer = |step| setup.moved(motion, step).and_then(|(r, e)| see(&r, &e, DVec3::ZERO));
+        add(half_ulp / (2.0 * step), moved_answer(step)?, moved_answer(-step)?);
     }
     for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
         let half_ulp = half_ulp(largest.dot(axis));
@@ -282,7 +282,7 @@ mod tests {
 
     fn relative(family: Family, index: u64) -> (f64, f64) {
         let problem = family.case(1, index).problem().unwrap();
-        let condition = Condition::of(&problem.receiver, &problem.emitter).unwrap();
+        let condition = Condition::unoccluded(&problem.receiver, &problem.emitter).unwrap();
         let (b, g) = radiosity_and_gradient(&problem.receiver, &problem.emitter).unwrap();
         (condition.radiosity / b, condition.gradient / g.length())
     }
@@ -304,7 +304,7 @@ mod tests {
         let triangle = Polygon::new(vec![DVec3::ZERO, DVec3::X, DVec3::Y]).unwrap();
         let emitter = Emitter::new(triangle, Emission::Constant(1.0)).unwrap();
         let receiver = Receiver::new(x, -DVec3::X, 1.0).unwrap();
-        let condition = Condition::of(&receiver, &emitter).unwrap();
+        let condition = Condition::unoccluded(&receiver, &emitter).unwrap();
         let (b, _) = radiosity_and_gradient(&receiver, &emitter).unwrap();
         let tilted = f64::EPSILON / 1e-9;
         assert!((0.3 * tilted..6.0 * tilted).contains(&(condition.radiosity / b)), "{:e}", condition.radiosity / b / tilted);
@@ -312,15 +312,15 @@ mod tests {
 
     #[test]
     fn a_shifted_origin_costs_the_digits_it_takes() {
-        let at = |shift: f64| {
+        let condition_shifted = |shift: f64| {
             let problem = Family::Generic.case(1, 0).problem().unwrap();
             let shift = DVec3::splat(shift);
             let vertices = problem.emitter.polygon().vertices().iter().map(|v| *v + shift).collect();
             let emitter = Emitter::new(Polygon::new(vertices).unwrap(), Emission::Constant(1.0)).unwrap();
             let receiver = Receiver::new(problem.receiver.position() + shift, problem.receiver.normal(), 1.0).unwrap();
-            Condition::of(&receiver, &emitter).unwrap().radiosity
+            Condition::unoccluded(&receiver, &emitter).unwrap().radiosity
         };
-        let ratio = at(2f64.powi(30)) / at(2f64.powi(20));
+        let ratio = condition_shifted(2f64.powi(30)) / condition_shifted(2f64.powi(20));
         assert!((500.0..2100.0).contains(&ratio), "{ratio}");
     }
 
@@ -333,7 +333,7 @@ mod tests {
                 if evaluate(&problem.receiver, &problem.emitter, &[]).unwrap().radiosity == 0.0 {
                     continue;
                 }
-                let condition = Condition::of(&problem.receiver, &problem.emitter);
+                let condition = Condition::unoccluded(&problem.receiver, &problem.emitter);
                 let condition = condition.unwrap_or_else(|error| panic!("{family}:3:{index}: {error}"));
                 assert!(condition.radiosity.is_finite() && condition.gradient.is_finite(), "{family}:3:{index} {condition:?}");
             }

@@ -55,7 +55,7 @@ impl Contender {
     pub fn errors(self, problem: &Problem, truth: &Truth) -> [Score; 2] {
         let (receiver, emitter) = (&problem.receiver, &problem.emitter);
         let is_polynomial = matches!(emitter.emission(), Emission::Polynomial(_));
-        let of = |answer: Option<(f64, DVec3)>| Self::scores(answer, truth);
+        let scores = |answer: Option<(f64, DVec3)>| Self::scores(answer, truth);
         match self {
             Self::SinglePrecision => {
                 let value = single_precision::radiosity(problem);
@@ -64,12 +64,12 @@ impl Contender {
                     Score::NotMeant,
                 ]
             }
-            Self::Certified => of(evaluate(receiver, emitter, &problem.occluders).ok().map(|a| (a.radiosity, a.gradient))),
+            Self::Certified => scores(evaluate(receiver, emitter, &problem.occluders).ok().map(|a| (a.radiosity, a.gradient))),
             _ if !problem.occluders.is_empty() => [Score::NotMeant; 2],
-            Self::ClosedForm => of(radiosity_and_gradient(receiver, emitter).ok()),
+            Self::ClosedForm => scores(radiosity_and_gradient(receiver, emitter).ok()),
             _ if is_polynomial => [Score::NotMeant; 2],
-            Self::AsPrinted => of(appendix::as_printed(receiver, emitter).ok()),
-            Self::Corrected => of(appendix::radiosity_and_gradient(receiver, emitter, None).ok()),
+            Self::AsPrinted => scores(appendix::as_printed(receiver, emitter).ok()),
+            Self::Corrected => scores(appendix::radiosity_and_gradient(receiver, emitter, None).ok()),
         }
     }
 

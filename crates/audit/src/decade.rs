@@ -25,8 +25,8 @@ impl Decade {
     /// # Panics
     /// If `x` is negative or not a number, as [`Leading::of`].
     #[must_use]
-    pub fn of(x: f64) -> Self {
-        Leading::of(x).decade()
+    pub fn containing(x: f64) -> Self {
+        Leading::containing(x).decade()
     }
 }
 
@@ -69,24 +69,24 @@ mod tests {
 
     #[test]
     fn powers_of_ten_open_their_decade() {
-        assert_eq!(Decade::of(1e-16), Decade::From(-16));
-        assert_eq!(Decade::of(1e-16f64.next_down()), Decade::From(-17));
-        assert_eq!(Decade::of(3.0), Decade::From(0));
-        assert_eq!(Decade::of(5e-324), Decade::From(-324));
-        assert_eq!(Decade::of(f64::INFINITY), Decade::Infinite);
-        assert_eq!(Decade::of(0.0), Decade::Zero);
+        assert_eq!(Decade::containing(1e-16), Decade::From(-16));
+        assert_eq!(Decade::containing(1e-16f64.next_down()), Decade::From(-17));
+        assert_eq!(Decade::containing(3.0), Decade::From(0));
+        assert_eq!(Decade::containing(5e-324), Decade::From(-324));
+        assert_eq!(Decade::containing(f64::INFINITY), Decade::Infinite);
+        assert_eq!(Decade::containing(0.0), Decade::Zero);
     }
 
     #[test]
     fn order_is_that_of_the_numbers() {
-        let rising = [0.0, 5e-324, 1e-17, 0.5, 20.0, f64::INFINITY].map(Decade::of);
+        let rising = [0.0, 5e-324, 1e-17, 0.5, 20.0, f64::INFINITY].map(Decade::containing);
         assert!(rising.is_sorted_by(|a, b| a < b));
     }
 
     #[test]
     #[should_panic(expected = "NaN is not the size of an error")]
     fn not_a_number_has_no_decade() {
-        let _ = Decade::of(f64::NAN);
+        let _ = Decade::containing(f64::NAN);
     }
 
     #[test]

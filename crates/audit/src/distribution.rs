@@ -22,7 +22,7 @@ pub struct Bin {
 impl Bin {
     /// One case.
     #[must_use]
-    pub const fn of(case: Name) -> Self {
+    pub const fn single(case: Name) -> Self {
         Self { count: 1, first: case }
     }
 
@@ -55,8 +55,8 @@ impl Distribution {
     /// # Panics
     /// If the value is negative or not a number, as [`Leading::of`].
     #[must_use]
-    pub fn of(value: f64, case: Name) -> Self {
-        Self { bins: BTreeMap::from([(Leading::of(value), Bin::of(case))]), worst: Some(Extreme { value, case }) }
+    pub fn single(value: f64, case: Name) -> Self {
+        Self { bins: BTreeMap::from([(Leading::containing(value), Bin::single(case))]), worst: Some(Extreme { value, case }) }
     }
 
     /// Adds one value.
@@ -64,7 +64,7 @@ impl Distribution {
     /// # Panics
     /// As [`Distribution::of`].
     pub fn add(&mut self, value: f64, case: Name) {
-        self.merge(&Self::of(value, case));
+        self.merge(&Self::single(value, case));
     }
 
     /// A distribution from its parts, as read from a file.
@@ -161,7 +161,7 @@ mod tests {
     #[test]
     fn percentiles_are_steps_of_the_counts() {
         let values = [0.0, 1e-16, 2e-16, 3e-16, 1e-3];
-        let distribution = merged(&values.iter().zip(0..).map(|(v, i)| Distribution::of(*v, name(i))).collect::<Vec<_>>());
+        let distribution = merged(&values.iter().zip(0..).map(|(v, i)| Distribution::single(*v, name(i))).collect::<Vec<_>>());
         let percentile = |percent| distribution.percentile(percent).map(|step| step.to_string());
         assert_eq!([20, 50, 80, 99].map(percentile), ["0", "2.0e-16", "3.0e-16", "1.0e-3"].map(|s| Some(s.to_owned())));
         assert_eq!(Distribution::default().percentile(50), None);
@@ -171,7 +171,7 @@ mod tests {
     #[test]
     fn thirds_of_decades_have_all_counts_and_round_ends() {
         let values = [0.0, 1e-16, 1.9e-16, 2e-16, 4.9e-16, 5e-16, 1e-15, f64::INFINITY];
-        let distribution = merged(&values.iter().zip(0..).map(|(v, i)| Distribution::of(*v, name(i))).collect::<Vec<_>>());
+        let distribution = merged(&values.iter().zip(0..).map(|(v, i)| Distribution::single(*v, name(i))).collect::<Vec<_>>());
         let inf = f64::INFINITY;
         let expected = [(0.0, 0.0, 1), (1e-16, 2e-16, 2), (2e-16, 5e-16, 2), (5e-16, 1e-15, 1), (1e-15, 2e-15, 1), (inf, inf, 1)];
         assert_eq!(distribution.thirds(), expected);
@@ -185,7 +185,7 @@ mod tests {
     proptest! {
         #[test]
         fn shards_in_any_order_merge_to_the_whole(values in values(), assignment in prop::collection::vec(0..5usize, 40)) {
-            let parts: Vec<_> = values.iter().zip(0..).map(|(v, i)| Distribution::of(*v, name(i))).collect();
+            let parts: Vec<_> = values.iter().zip(0..).map(|(v, i)| Distribution::single(*v, name(i))).collect();
             let shards: Vec<_> = (0..5)
                 .map(|s| merged(parts.iter().zip(&assignment).filter(|(_, a)| **a == s).map(|(p, _)| p)))
                 .collect();
@@ -194,8 +194,8 @@ mod tests {
 
         #[test]
         fn the_maximum_is_in_the_worst_decade(values in values()) {
-            let whole = merged(&values.iter().zip(0..).map(|(v, i)| Distribution::of(*v, name(i))).collect::<Vec<_>>());
-            prop_assert_eq!(whole.worst().map(|w| Decade::of(w.value)), whole.worst_decade().map(|(d, _)| d));
+            let whole = merged(&values.iter().zip(0..).map(|(v, i)| Distribution::single(*v, name(i))).collect::<Vec<_>>());
+            prop_assert_eq!(whole.worst().map(|w| Decade::containing(w.value)), whole.worst_decade().map(|(d, _)| d));
             prop_assert_eq!(whole.worst().map(|w| w.value), values.into_iter().reduce(f64::max));
         }
     }

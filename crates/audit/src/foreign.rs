@@ -121,13 +121,13 @@ fn hold_to_truth(problem: &Problem, radiosity: f64, given: &Given) -> Held {
         Err(error) => return Held::ended(Kind::Undetermined, error.to_string()),
     };
     let mut figures = Vec::new();
-    let mut of = |quantity, over_condition, error: f64, size: f64, condition: fn(&Condition) -> f64| {
+    let mut push_figures = |quantity, over_condition, error: f64, size: f64, condition: fn(&Condition) -> f64| {
         figures.push((quantity, ratio(error, size)));
         let conditioned =
             if error == 0.0 { Ok(0.0) } else { Condition::of_problem(problem).map(|c| ratio(error, condition(&c))) };
         conditioned.map(|figure| figures.push((over_condition, figure)))
     };
-    let value = of(
+    let value = push_figures(
         Quantity::Value,
         Quantity::ValueOverCondition,
         truth.radiosity_error(radiosity),
@@ -135,7 +135,7 @@ fn hold_to_truth(problem: &Problem, radiosity: f64, given: &Given) -> Held {
         |condition| condition.radiosity,
     );
     let gradient = given.gradient.map_or(Ok(()), |gradient| {
-        of(
+        push_figures(
             Quantity::Gradient,
             Quantity::GradientOverCondition,
             truth.gradient_error(DVec3::from_array(gradient)),
@@ -226,15 +226,15 @@ impl Gates {
     /// bound below the error; an answer that is no number; a case without truth.
     #[must_use]
     pub fn violations(&self, families: &[Family], table: &Table) -> Vec<Violation> {
-        let mut found = Vec::new();
+        let mut violations = Vec::new();
         for &family in families {
             let Some(of) = table.families().get(&family) else {
-                found.push(Violation { family, case: None, what: "no case was asked".to_owned() });
+                violations.push(Violation { family, case: None, what: "no case was asked".to_owned() });
                 continue;
             };
             for (kind, what) in [(Kind::NonFinite, "not a number"), (Kind::Undetermined, "without truth")] {
                 if let Some(bin) = of.counts().get(&kind) {
-                    found.push(Violation { family, case: Some(bin.first), what: format!("{} {what}", bin.count) });
+                    violations.push(Violation { family, case: Some(bin.first), what: format!("{} {what}", bin.count) });
                 }
             }
             for quantity in Quantity::ALL {
@@ -243,17 +243,17 @@ impl Gates {
                 match (gate, of.figures().get(&quantity).and_then(|figures| figures.worst())) {
                     (Some(gate), Some(worst)) if worst.value > gate => {
                         let what = format!("{} is {:.2e}, the gate is {gate:.0e}", quantity.name(), worst.value);
-                        found.push(Violation { family, case: Some(worst.case), what });
+                        violations.push(Violation { family, case: Some(worst.case), what });
                     }
                     (Some(_), None) if !is_bound && !family.is_refused() => {
                         let what = format!("{} has a gate, and no answer to be held against it", quantity.name());
-                        found.push(Violation { family, case: None, what });
+                        violations.push(Violation { family, case: None, what });
                     }
                     _ => {}
                 }
             }
         }
-        found
+        violations
     }
 }
 
@@ -267,12 +267,13 @@ mod tests {
         let answer = radgrad_core::evaluate(&problem.receiver, &problem.emitter, &problem.occluders).unwrap();
         let [x, y, z] = answer.gradient.to_array();
         let radiosity = answer.radiosity * factor;
-        let all = format!(
+        let every_field = format!(
             "\"radiosity\":{radiosity:e},\"gradient\":[{x:e},{y:e},{z:e}],\"radiosity_error\":{:e},\"gradient_error\":{:e}",
             answer.radiosity_error, answer.gradient_error
         );
-        let kept: Vec<&str> = if fields == "value" { vec![all.split(",\"gradient\"").next().unwrap()] } else { vec![&all] };
-        format!("{{\"id\":\"{}\",{}}}", case.id, kept.join(","))
+        let fields_kept: Vec<&str> =
+            if fields == "value" { vec![every_field.split(",\"gradient\"").next().unwrap()] } else { vec![&every_field] };
+        format!("{{\"id\":\"{}\",{}}}", case.id, fields_kept.join(","))
     }
 
     #[test]

@@ -192,8 +192,8 @@ fn compare(name: Name, kind: EmissionLaw) -> Compared {
 }
 
 fn power(r: DVec3, powers: [u8; 3]) -> f64 {
-    let of = |axis: usize| (0..powers[axis]).fold(1.0, |product, _| product * r[axis]);
-    of(0) * of(1) * of(2)
+    let factor = |axis: usize| (0..powers[axis]).fold(1.0, |product, _| product * r[axis]);
+    factor(0) * factor(1) * factor(2)
 }
 
 /// Three radians from vertex 0 along a direction.
@@ -231,23 +231,23 @@ impl Compared {
             }
         });
         self.converged = estimates.map(|estimate| estimate.is_some());
-        let found: Vec<(&str, Estimate)> =
+        let converged: Vec<(&str, Estimate)> =
             FORMS.iter().zip(estimates).filter_map(|((_, called), e)| Some((*called, e?))).collect();
-        if let Some(((_, first), others)) = found.split_first() {
+        if let Some(((_, first), others)) = converged.split_first() {
             for (called, other) in others {
                 let value = (other.radiosity - first.radiosity).abs() / first.radiosity.abs();
                 let apart = worse(value, (other.gradient - first.gradient).length() / first.gradient.length());
-                self.note(apart, || format!("{called} and {} are {apart:.1e} apart", found[0].0));
+                self.note(apart, || format!("{called} and {} are {apart:.1e} apart", converged[0].0));
             }
         }
         let Some(emitter) = emitter else { return self };
-        match Truth::of(receiver, emitter) {
+        match Truth::unoccluded(receiver, emitter) {
             Ok(truth) => {
                 self.enclosed = true;
-                for (called, estimate) in &found {
+                for (called, estimate) in &converged {
                     let value = ratio(truth.radiosity_error(estimate.radiosity), truth.radiosity_magnitude());
-                    let off = worse(value, ratio(truth.gradient_error(estimate.gradient), truth.gradient_magnitude()));
-                    self.note(off, || format!("{called} is off the enclosure by {off:.1e}"));
+                    let error = worse(value, ratio(truth.gradient_error(estimate.gradient), truth.gradient_magnitude()));
+                    self.note(error, || format!("{called} is off the enclosure by {error:.1e}"));
                 }
             }
             Err(error) => self.wrong.push(format!("{name} has no enclosure: {error}")),

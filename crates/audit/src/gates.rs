@@ -202,7 +202,7 @@ mod tests {
     }
 
     fn violations(family: Family, outcome: &Outcome) -> Vec<String> {
-        let table = Table::of(Name { family, seed: 1, index: 5 }, outcome);
+        let table = Table::single(Name { family, seed: 1, index: 5 }, outcome);
         let gates = Gates::from_toml(&gates_of("1e-12")).unwrap();
         gates.violations(&table).iter().map(Violation::to_string).collect()
     }

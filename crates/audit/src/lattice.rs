@@ -157,10 +157,10 @@ pub(crate) fn rectilinear_sites(sampler: &mut Sampler) -> (Vec<Site>, [Site; 3])
         &[[0, 0], [5, 0], [5, 5], [1, 5], [1, 2], [3, 2], [3, 3], [2, 3], [2, 4], [4, 4], [4, 1], [0, 1]];
     let template = [L, U, SPIRAL][sampler.below(3) as usize];
     let mut line = || {
-        let mut at = -SITE + sampler.integer(0, 300);
+        let mut coordinate = -SITE + sampler.integer(0, 300);
         std::array::from_fn::<i64, 6, _>(|_| {
-            at += sampler.integer(60, 600);
-            at
+            coordinate += sampler.integer(60, 600);
+            coordinate
         })
     };
     let (across, up) = (line(), line());

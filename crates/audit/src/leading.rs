@@ -29,7 +29,7 @@ impl Leading {
     /// # Panics
     /// If `x` is negative or not a number: neither is an error's size, and to file it somewhere would hide a defect.
     #[must_use]
-    pub fn of(x: f64) -> Self {
+    pub fn containing(x: f64) -> Self {
         assert!(x >= 0.0, "{x} is not the size of an error");
         if x == 0.0 {
             return Self::Zero;
@@ -132,30 +132,30 @@ mod tests {
 
     #[test]
     fn a_step_opens_at_its_digits() {
-        let at = |exponent, tenths| Leading::Digits { exponent, tenths };
-        assert_eq!(Leading::of(1.3e-16), at(-16, 13));
-        assert_eq!(Leading::of(1.3e-16f64.next_down()), at(-16, 12));
-        assert_eq!(Leading::of(1e-16f64.next_down()), at(-17, 99));
-        assert_eq!(Leading::of(3.0), at(0, 30));
-        assert_eq!(Leading::of(5e-324), at(-324, 50));
-        assert_eq!([0.0, f64::INFINITY].map(Leading::of), [Leading::Zero, Leading::Infinite]);
-        assert_eq!((at(-16, 99).least(), at(-16, 99).end()), (9.9e-16, 1e-15));
+        let digits = |exponent, tenths| Leading::Digits { exponent, tenths };
+        assert_eq!(Leading::containing(1.3e-16), digits(-16, 13));
+        assert_eq!(Leading::containing(1.3e-16f64.next_down()), digits(-16, 12));
+        assert_eq!(Leading::containing(1e-16f64.next_down()), digits(-17, 99));
+        assert_eq!(Leading::containing(3.0), digits(0, 30));
+        assert_eq!(Leading::containing(5e-324), digits(-324, 50));
+        assert_eq!([0.0, f64::INFINITY].map(Leading::containing), [Leading::Zero, Leading::Infinite]);
+        assert_eq!((digits(-16, 99).least(), digits(-16, 99).end()), (9.9e-16, 1e-15));
     }
 
     #[test]
     #[should_panic(expected = "NaN is not the size of an error")]
     fn not_a_number_has_no_leading_digits() {
-        let _ = Leading::of(f64::NAN);
+        let _ = Leading::containing(f64::NAN);
     }
 
     proptest! {
         #[test]
         fn a_number_is_within_its_step_and_the_step_reads_back(mantissa in 1.0..10.0f64, exponent in -320..300i32) {
             let x: f64 = format!("{mantissa}e{exponent}").parse().unwrap();
-            let step = Leading::of(x);
+            let step = Leading::containing(x);
             prop_assert!(step.least() <= x && x <= step.end());
             prop_assert_eq!(step.to_string().parse(), Ok(step));
-            prop_assert_eq!(Decade::of(x), step.decade());
+            prop_assert_eq!(Decade::containing(x), step.decade());
         }
     }
 

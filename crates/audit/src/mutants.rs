@@ -74,7 +74,7 @@ pub fn write(rows: &[Mutant], gate: f64, writer: impl io::Write) -> csv::Result<
     file.write_record(["slip", "verdict", "cases", "beyond", "value", "gradient"])?;
     for row in rows {
         let [cases, beyond] = [row.cases, row.beyond].map(|count| count.to_string());
-        let [value, gradient] = [row.value, row.gradient].map(|error| Decade::of(error).to_string());
+        let [value, gradient] = [row.value, row.gradient].map(|error| Decade::containing(error).to_string());
         file.write_record([row.name(), row.verdict(gate), &cases, &beyond, &value, &gradient])?;
     }
     Ok(file.flush()?)
@@ -97,12 +97,12 @@ fn witnesses(seed: u64, count: u64) -> (Vec<Witness>, Vec<Lost>) {
     let witness = |&name: &Name| {
         let problem = name.case().problem().map_err(|error| (name, error.to_string()))?;
         radiosity_and_gradient(&problem.receiver, &problem.emitter, None).map_err(|error| (name, error.to_string()))?;
-        let truth = Truth::of(&problem.receiver, &problem.emitter).map_err(|error| (name, error.to_string()))?;
+        let truth = Truth::unoccluded(&problem.receiver, &problem.emitter).map_err(|error| (name, error.to_string()))?;
         Ok(Witness { name, problem, truth })
     };
-    let found: Vec<Result<Witness, Lost>> = names.par_iter().map(witness).collect();
+    let outcomes: Vec<Result<Witness, Lost>> = names.par_iter().map(witness).collect();
     let (mut witnesses, mut lost) = (Vec::new(), Vec::new());
-    for one in found {
+    for one in outcomes {
         match one {
             Ok(witness) => witnesses.push(witness),
             Err(one) => lost.push(one),

@@ -21,8 +21,8 @@ pub trait Families: Copy + fmt::Debug + 'static {
     /// # Errors
     /// If no family has it.
     fn find(name: &str) -> Result<Self, UnknownFamily<Self>> {
-        let found = Self::EVERY.iter().copied().find(|family| family.id() == name);
-        found.ok_or_else(|| UnknownFamily(name.to_owned(), PhantomData))
+        let family = Self::EVERY.iter().copied().find(|family| family.id() == name);
+        family.ok_or_else(|| UnknownFamily(name.to_owned(), PhantomData))
     }
 
     /// Names of all, as messages list them.

@@ -25,7 +25,7 @@ use crate::scenes;
 use crate::scenes::statement::Subject;
 use crate::seen::reduced;
 use crate::truth::Truth;
-use crate::witness::{self, Ask, Error, Wrong};
+use crate::witness::{self, Error, Query, Wrong};
 
 /// A bound may be another one than it was by this share of it: other processors add in another order.
 pub const ROUNDINGS: f64 = 1e-6;
@@ -42,9 +42,9 @@ const DIGITS: u32 = 60;
 /// What is asked.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(into = "String", try_from = "String")]
-pub enum Of {
+pub enum RecordedSubject {
     /// Of a case, an answer of core.
-    Answer(Ask),
+    Answer(Query),
     /// Of a case, its second derivatives to a tolerance.
     Hessian(f64),
     /// Of a case, the irradiance vector to a tolerance.
@@ -76,14 +76,14 @@ pub struct Statement {
 
 /// What came of asking.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Said {
+pub struct Recorded {
     /// The statements.
     pub statements: Vec<Statement>,
     /// What truth contradicts.
     pub wrong: Vec<String>,
 }
 
-impl Said {
+impl Recorded {
     /// Of values, each with its bound.
     fn of_pairs(pairs: &[(f64, f64)]) -> Self {
         Self { statements: pairs.iter().map(|&(value, bound)| Statement::new(&[value], bound)).collect(), wrong: Vec::new() }
@@ -95,7 +95,7 @@ impl Said {
 #[serde(deny_unknown_fields)]
 pub struct Record {
     /// What was asked.
-    pub of: Of,
+    pub of: RecordedSubject,
     /// The case, where it was one of a case.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub case: Option<Case>,
@@ -134,8 +134,8 @@ impl Record {
     ///
     /// # Errors
     /// If truth contradicts what is said, or it cannot be recorded: no answer, or a number that is not finite.
-    pub fn new(of: Of, case: Option<Case>) -> Result<Self, String> {
-        let Said { statements, wrong } = of.asked(case.as_ref())?;
+    pub fn new(of: RecordedSubject, case: Option<Case>) -> Result<Self, String> {
+        let Recorded { statements, wrong } = of.asked(case.as_ref())?;
         if let Some(wrong) = wrong.first() {
             return Err(wrong.clone());
         }
@@ -150,13 +150,13 @@ impl Record {
     #[must_use]
     pub fn wrong(&self) -> Vec<Wrong> {
         let truth = |what: String| Wrong { by_record: false, what: format!("{}: {what}", self.of) };
-        let Said { statements, wrong } = match self.of.asked(self.case.as_ref()) {
+        let Recorded { statements, wrong } = match self.of.asked(self.case.as_ref()) {
             Ok(said) => said,
             Err(why) => return vec![truth(why)],
         };
-        let mut found: Vec<Wrong> = wrong.into_iter().map(truth).collect();
+        let mut faults: Vec<Wrong> = wrong.into_iter().map(truth).collect();
         if statements.len() != self.said.len() {
-            found.push(Wrong {
+            faults.push(Wrong {
                 by_record: true,
                 what: format!("{}: {} statements, there were {}", self.of, statements.len(), self.said.len()),
             });
@@ -165,20 +165,20 @@ impl Record {
             // What is no number compares as apart.
             let apart = now.apart(then);
             if now.bound.is_nan() || now.bound < 0.0 {
-                found.push(truth(format!("the bound is {:e}", now.bound)));
+                faults.push(truth(format!("the bound is {:e}", now.bound)));
             } else if apart > 1.0 || apart.is_nan() {
                 let what =
                     format!("{}: {:?} +- {:e}, it was {:?} +- {:e}", self.of, now.value, now.bound, then.value, then.bound);
-                found.push(Wrong { by_record: self.of.only_estimates(), what });
+                faults.push(Wrong { by_record: self.of.only_estimates(), what });
             } else if (now.bound - then.bound).abs() > ROUNDINGS * then.bound {
                 let what = format!("{}: the bound is {:e}, it was {:e}", self.of, now.bound, then.bound);
-                found.push(Wrong { by_record: true, what });
+                faults.push(Wrong { by_record: true, what });
             } else if now.has_moved(then) {
                 let what = format!("{}: {:?} moved from {:?}, by {apart:e} of the bounds", self.of, now.value, then.value);
-                found.push(Wrong { by_record: true, what });
+                faults.push(Wrong { by_record: true, what });
             }
         }
-        found
+        faults
     }
 }
 
@@ -195,7 +195,7 @@ pub enum Asked {
     Solver,
 }
 
-impl Of {
+impl RecordedSubject {
     /// Who is asked.
     #[must_use]
     pub const fn asks(self) -> Asked {
@@ -216,7 +216,7 @@ impl Of {
     ///
     /// # Errors
     /// If there is no answer: why.
-    pub fn asked(self, case: Option<&Case>) -> Result<Said, String> {
+    pub fn asked(self, case: Option<&Case>) -> Result<Recorded, String> {
         match (self, case) {
             (Self::Tree(index), None) => of_tree(index),
             (Self::Scene(subject, name), None) => of_scene(subject, name),
@@ -239,59 +239,59 @@ impl Of {
     }
 }
 
-fn of_answer(ask: Ask, mut problem: Problem) -> Result<Said, String> {
-    if matches!(ask, Ask::SingleLanes(_)) && !witness::round_to_single(&mut problem) {
-        return Ok(Said::default());
+fn of_answer(ask: Query, mut problem: Problem) -> Result<Recorded, String> {
+    if matches!(ask, Query::SingleLanes(_)) && !witness::round_to_single(&mut problem) {
+        return Ok(Recorded::default());
     }
-    if let Ask::Digits(digits) = ask {
+    if let Query::Digits(digits) = ask {
         let Problem { receiver, emitter, occluders, .. } = &problem;
         let answer = evaluate_digits(receiver, emitter, occluders, digits).map_err(|error| error.to_string())?;
         let number = |text: &str| text.parse::<f64>().map_err(|error| format!("{text}: {error}"));
         let bounds = [number(&answer.radiosity_error)?, number(&answer.gradient_error)?];
-        return Ok(Said { statements: bounds.map(|bound| Statement::new(&[], bound)).to_vec(), wrong: Vec::new() });
+        return Ok(Recorded { statements: bounds.map(|bound| Statement::new(&[], bound)).to_vec(), wrong: Vec::new() });
     }
-    let Some((_, answer)) = ask.answer(&problem).map_err(|error| error.to_string())? else { return Ok(Said::default()) };
+    let Some((_, answer)) = ask.answer(&problem).map_err(|error| error.to_string())? else { return Ok(Recorded::default()) };
     let mut statements = vec![Statement::new(&[answer.radiosity], answer.radiosity_error)];
-    if !matches!(ask, Ask::Value(_)) {
+    if !matches!(ask, Query::Value(_)) {
         statements.push(Statement::new(&answer.gradient.to_array(), answer.gradient_error));
     }
-    if let Ask::Answer(tolerance) = ask {
+    if let Query::Answer(tolerance) = ask {
         // A tolerance that was met is to be met.
         statements.push(Statement::new(&[], f64::from(u8::from(answer.meets(tolerance)))));
     }
-    Ok(Said { statements, wrong: Vec::new() })
+    Ok(Recorded { statements, wrong: Vec::new() })
 }
 
 /// What a tolerance of 0 gives is the truth of a larger one.
-fn against(rough: Statement, fine: &Statement) -> Said {
+fn against(rough: Statement, fine: &Statement) -> Recorded {
     let apart = rough.apart(fine);
     let wrong = if apart > 1.0 || apart.is_nan() {
         vec![format!("off by {apart} times the bounds, which are {:e} and {:e}", rough.bound, fine.bound)]
     } else {
         Vec::new()
     };
-    Said { statements: vec![rough], wrong }
+    Recorded { statements: vec![rough], wrong }
 }
 
-fn of_hessian(tolerance: f64, problem: &Problem) -> Result<Said, String> {
+fn of_hessian(tolerance: f64, problem: &Problem) -> Result<Recorded, String> {
     let Problem { receiver, emitter, occluders, .. } = problem;
-    let at = |tolerance: f64| {
+    let hessian_at = |tolerance: f64| {
         let hessian = hessian_to(receiver, emitter, occluders, tolerance).map_err(|error| error.to_string())?;
         Ok::<_, String>(Statement::new(&hessian.matrix.to_cols_array(), hessian.error))
     };
-    Ok(against(at(tolerance)?, &at(0.0)?))
+    Ok(against(hessian_at(tolerance)?, &hessian_at(0.0)?))
 }
 
-fn of_irradiance(tolerance: f64, problem: &Problem) -> Result<Said, String> {
+fn of_irradiance(tolerance: f64, problem: &Problem) -> Result<Recorded, String> {
     let Problem { receiver, emitter, occluders, .. } = problem;
-    let at = |tolerance: f64| {
+    let vector_at = |tolerance: f64| {
         let vector = irradiance_vector_to(receiver, emitter, occluders, tolerance).map_err(|error| error.to_string())?;
         Ok::<_, String>(Statement::new(&vector.vector.to_array(), vector.error))
     };
-    Ok(against(at(tolerance)?, &at(0.0)?))
+    Ok(against(vector_at(tolerance)?, &vector_at(0.0)?))
 }
 
-fn of_oracle(arithmetic: Arithmetic, digits: u32, problem: &Problem) -> Result<Said, String> {
+fn of_oracle(arithmetic: Arithmetic, digits: u32, problem: &Problem) -> Result<Recorded, String> {
     let (emitter, occluders) = reduced(problem);
     let request = Request { digits, arithmetic: Some(arithmetic), budget: BUDGET };
     let figures = |figures: &[f64]| figures.iter().map(|&bound| Statement::new(&[], bound)).collect();
@@ -300,7 +300,7 @@ fn of_oracle(arithmetic: Arithmetic, digits: u32, problem: &Problem) -> Result<S
         // Rounding is then all of the radii.
         Err(OracleError::Rounding { reached, .. }) => {
             let statements = figures(&[reached.radiosity_radius, reached.gradient_radius]);
-            return Ok(Said { statements, wrong: Vec::new() });
+            return Ok(Recorded { statements, wrong: Vec::new() });
         }
         Err(error) => return Err(error.to_string()),
     };
@@ -313,13 +313,13 @@ fn of_oracle(arithmetic: Arithmetic, digits: u32, problem: &Problem) -> Result<S
     let precise = digits::enclosure(problem, DIGITS)?;
     let wrong =
         if truth.overlaps(&precise) { Vec::new() } else { vec![format!("it and core's {DIGITS} digits have nothing in common")] };
-    Ok(Said { statements, wrong })
+    Ok(Recorded { statements, wrong })
 }
 
 /// Evaluations of a form of cubature.
 const CUBATURE: usize = 200_000;
 
-fn of_cubature(tolerance: f64, problem: &Problem) -> Result<Said, String> {
+fn of_cubature(tolerance: f64, problem: &Problem) -> Result<Recorded, String> {
     let emitter = &problem.emitter;
     let mut statements = Vec::new();
     for form in [Form::Surface, Form::Contour, Form::Boundary] {
@@ -330,21 +330,21 @@ fn of_cubature(tolerance: f64, problem: &Problem) -> Result<Said, String> {
         statements.push(Statement::new(&integral.gradient.to_array(), integral.gradient_error));
         statements.push(Statement::new(&[], integral.evaluations as f64));
     }
-    Ok(Said { statements, wrong: Vec::new() })
+    Ok(Recorded { statements, wrong: Vec::new() })
 }
 
 /// That limits of samples hold.
 const CONFIDENCE: f64 = 1.0 - 1e-7;
 
 /// By each way to draw points, of which more digits lie within the limits.
-fn of_samples(count: u32, problem: &Problem) -> Result<Said, String> {
+fn of_samples(count: u32, problem: &Problem) -> Result<Recorded, String> {
     let Problem { receiver, emitter, occluders, .. } = problem;
     let truth = digits::enclosure(problem, DIGITS)?.radiosity;
     let sequences = [
         Sequence::Independent { samples: count as usize, seed: 1 },
         Sequence::Sobol { samples: count / 16, scramblings: 16, seed: 1 },
     ];
-    let mut said = Said::default();
+    let mut said = Recorded::default();
     for (sampling, sequence) in [Sampling::SolidAngle, Sampling::Area].into_iter().zip(sequences) {
         let sampled = monte_carlo::integrate(receiver, emitter, occluders, sampling, sequence, CONFIDENCE);
         let sampled = sampled.map_err(|error| error.to_string())?;
@@ -362,8 +362,8 @@ fn of_samples(count: u32, problem: &Problem) -> Result<Said, String> {
 }
 
 /// Of a mean and of points with their limits.
-fn of_walks(rays: u32, name: scenes::family::Name) -> Result<Said, String> {
-    Ok(Said::of_pairs(&scenes::truth::recorded(&name.model(), rays)?))
+fn of_walks(rays: u32, name: scenes::family::Name) -> Result<Recorded, String> {
+    Ok(Recorded::of_pairs(&scenes::truth::recorded(&name.model(), rays)?))
 }
 
 /// Cells along a side of the sheet of lamps.
@@ -387,7 +387,7 @@ pub(crate) fn sheet() -> Result<Vec<Emitter>, String> {
 }
 
 /// From farther and farther below, to any tolerance.
-fn of_tree(index: u64) -> Result<Said, String> {
+fn of_tree(index: u64) -> Result<Recorded, String> {
     let lamps = sheet()?;
     let sampler = &mut Sampler::new(3, "trees", index);
     let x = sampler.cube() * DVec3::new(1.0, 1.0, 0.5) + DVec3::new(0.0, 0.0, 3.2 - 0.35 * index as f64);
@@ -408,19 +408,19 @@ fn of_tree(index: u64) -> Result<Said, String> {
     Ok(against(total, &Statement::new(&[sum], error + 1e-13 * sum)))
 }
 
-fn of_scene(subject: Subject, name: scenes::family::Name) -> Result<Said, String> {
-    Ok(Said::of_pairs(&scenes::statement::recorded(&name.model(), subject)?))
+fn of_scene(subject: Subject, name: scenes::family::Name) -> Result<Recorded, String> {
+    Ok(Recorded::of_pairs(&scenes::statement::recorded(&name.model(), subject)?))
 }
 
 /// All records of the files `*.jsonl` in a folder, by file name.
 ///
 /// # Errors
 /// If the folder or a file cannot be read, or a line is no record.
-pub fn all(folder: &Path) -> Result<Vec<Record>, Error> {
+pub fn read_all(folder: &Path) -> Result<Vec<Record>, Error> {
     witness::lines(folder)
 }
 
-impl fmt::Display for Of {
+impl fmt::Display for RecordedSubject {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Answer(ask) => write!(f, "{ask}"),
@@ -448,7 +448,7 @@ const ARITHMETICS: [(&str, Arithmetic); 3] =
 #[error("{0:?} is nothing to ask: answer 1e-12, hessian 1e-10, irradiance 1e0, oracle limbs 20, tree 3, factors facing:1:0, ...")]
 pub struct BadOf(String);
 
-impl FromStr for Of {
+impl FromStr for RecordedSubject {
     type Err = BadOf;
 
     fn from_str(text: &str) -> Result<Self, BadOf> {
@@ -481,13 +481,13 @@ impl FromStr for Of {
     }
 }
 
-impl From<Of> for String {
-    fn from(of: Of) -> Self {
+impl From<RecordedSubject> for String {
+    fn from(of: RecordedSubject) -> Self {
         of.to_string()
     }
 }
 
-impl TryFrom<String> for Of {
+impl TryFrom<String> for RecordedSubject {
     type Error = BadOf;
 
     fn try_from(text: String) -> Result<Self, BadOf> {
@@ -502,18 +502,29 @@ mod tests {
 
     #[test]
     fn what_is_asked_reads_back_from_its_name() {
-        let scene = Of::Scene(Subject::Factors, "facing:1:0".parse().unwrap());
-        let walks = Of::Walks(1000, "facing:1:0".parse().unwrap());
-        let asked = [Of::Hessian(1e-10), Of::Irradiance(1.0), Of::Oracle(Arithmetic::Limbs, 36), Of::Tree(3), scene, walks];
-        for of in asked.into_iter().chain([Of::Answer(Ask::Value(1.0)), Of::Cubature(1e-6), Of::Samples(64)]) {
+        let scene = RecordedSubject::Scene(Subject::Factors, "facing:1:0".parse().unwrap());
+        let walks = RecordedSubject::Walks(1000, "facing:1:0".parse().unwrap());
+        let asked = [
+            RecordedSubject::Hessian(1e-10),
+            RecordedSubject::Irradiance(1.0),
+            RecordedSubject::Oracle(Arithmetic::Limbs, 36),
+            RecordedSubject::Tree(3),
+            scene,
+            walks,
+        ];
+        for of in asked.into_iter().chain([
+            RecordedSubject::Answer(Query::Value(1.0)),
+            RecordedSubject::Cubature(1e-6),
+            RecordedSubject::Samples(64),
+        ]) {
             assert_eq!(of.to_string().parse(), Ok(of));
         }
-        assert!("oracle mpfr 20".parse::<Of>().is_err() && "hessian 2".parse::<Of>().is_err());
+        assert!("oracle mpfr 20".parse::<RecordedSubject>().is_err() && "hessian 2".parse::<RecordedSubject>().is_err());
     }
 
     #[test]
     fn a_bound_that_shrank_a_value_that_moved_and_one_that_is_another_are_told_apart() {
-        let record = Record::new(Of::Answer(Ask::Answer(1.0)), Some(Family::Generic.case(1, 3))).unwrap();
+        let record = Record::new(RecordedSubject::Answer(Query::Answer(1.0)), Some(Family::Generic.case(1, 3))).unwrap();
         assert_eq!(record.wrong(), []);
         let wrong = |change: fn(&mut Statement)| {
             let mut changed = record.clone();
@@ -530,10 +541,14 @@ mod tests {
     #[test]
     fn second_derivatives_the_irradiance_vector_and_enclosures_agree_with_more_digits() {
         let case = Family::Generic.case(2, 0);
-        for of in [Of::Hessian(1.0), Of::Irradiance(1.0), Of::Oracle(Arithmetic::DoubleDouble, 20)] {
+        for of in [
+            RecordedSubject::Hessian(1.0),
+            RecordedSubject::Irradiance(1.0),
+            RecordedSubject::Oracle(Arithmetic::DoubleDouble, 20),
+        ] {
             let said = of.asked(Some(&case)).unwrap();
             assert!(said.wrong.is_empty() && !said.statements.is_empty(), "{of}: {said:?}");
         }
-        assert!(Of::Tree(0).asked(Some(&case)).is_err() && Of::Hessian(1.0).asked(None).is_err());
+        assert!(RecordedSubject::Tree(0).asked(Some(&case)).is_err() && RecordedSubject::Hessian(1.0).asked(None).is_err());
     }
 }

@@ -99,10 +99,10 @@ impl Regression {
     /// # Errors
     /// If it cannot be read, does not hold a case, or the case is not named for one of a family.
     pub fn read(path: &Path) -> Result<Self, Error> {
-        let at = || path.to_path_buf();
-        let text = fs::read(path).map_err(|source| Error::File { path: at(), source })?;
-        let case = Case::from_json(&text).map_err(|source| Error::Case { path: at(), source })?;
-        let name = case.id.to_string().parse().map_err(|source| Error::Name { path: at(), source })?;
+        let path_buf = || path.to_path_buf();
+        let text = fs::read(path).map_err(|source| Error::File { path: path_buf(), source })?;
+        let case = Case::from_json(&text).map_err(|source| Error::Case { path: path_buf(), source })?;
+        let name = case.id.to_string().parse().map_err(|source| Error::Name { path: path_buf(), source })?;
         Ok(Self { name, case })
     }
 
@@ -110,7 +110,7 @@ impl Regression {
     ///
     /// # Errors
     /// If the folder or a file in it cannot be read, or is no regression.
-    pub fn all(folder: &Path) -> Result<Vec<Self>, Error> {
+    pub fn read_all(folder: &Path) -> Result<Vec<Self>, Error> {
         let failed = |source| Error::File { path: folder.to_path_buf(), source };
         let entries = fs::read_dir(folder).map_err(failed)?;
         let mut paths = entries.map(|entry| Ok(entry?.path())).collect::<io::Result<Vec<_>>>().map_err(failed)?;
@@ -137,7 +137,7 @@ impl Regression {
     /// Its outcome as a table of one, to be held against the gates.
     #[must_use]
     pub fn table(&self) -> Table {
-        Table::of(self.name, &measure(&self.case))
+        Table::single(self.name, &measure(&self.case))
     }
 }
 
@@ -168,7 +168,7 @@ mod tests {
         let regression = Regression::shrunk(&violation);
         let path = regression.write(&folder).unwrap();
         assert!(path.ends_with("equal-vertices-1-2.json"));
-        assert_eq!(Regression::all(&folder).unwrap(), std::slice::from_ref(&regression));
+        assert_eq!(Regression::read_all(&folder).unwrap(), std::slice::from_ref(&regression));
         fs::remove_dir_all(&folder).unwrap();
         assert_eq!(regression.table().families()[&Family::EqualVertices].count(Kind::Refused), 1);
     }

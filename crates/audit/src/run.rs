@@ -67,11 +67,11 @@ impl Run {
 
     /// The names of its cases. Families take turns, so that the costly ones spread over the cores.
     pub fn names(&self) -> impl Iterator<Item = Name> + '_ {
-        (0..self.most()).flat_map(|index| self.names_at(index))
+        (0..self.max_cases()).flat_map(|index| self.names_at(index))
     }
 
     /// The largest number of cases of a family.
-    fn most(&self) -> u64 {
+    fn max_cases(&self) -> u64 {
         self.cases.iter().map(|(_, count)| *count).max().unwrap_or(0)
     }
 
@@ -99,7 +99,7 @@ impl Run {
             self.names_at(index).for_each(|name| add(&mut tally, name));
             tally
         };
-        (0..self.most()).into_par_iter().fold(Tally::default, with).reduce(Tally::default, |sum, tally| sum.merge(&tally))
+        (0..self.max_cases()).into_par_iter().fold(Tally::default, with).reduce(Tally::default, |sum, tally| sum.merge(&tally))
     }
 
     /// Measures every case. `done` is called after each, from any thread.
@@ -121,10 +121,10 @@ mod tests {
         let part = |index| Run { part: Part { index, of: 3 }, ..whole.clone() };
         let mut shared: Vec<Name> = (0..3).flat_map(|index| part(index).names().collect::<Vec<_>>()).collect();
         shared.sort_unstable();
-        let mut all: Vec<Name> = whole.names().collect();
-        all.sort_unstable();
-        assert_eq!(shared, all);
-        assert_eq!(all.len(), 24);
+        let mut expected: Vec<Name> = whole.names().collect();
+        expected.sort_unstable();
+        assert_eq!(shared, expected);
+        assert_eq!(expected.len(), 24);
         assert_eq!([whole.count(), part(0).count(), part(1).count(), part(2).count()], [24, 9, 8, 7]);
     }
 

@@ -143,8 +143,8 @@ mod tests {
     #[test]
     fn the_numbers_never_change() {
         let mut sampler = Sampler::new(1, "generic", 0);
-        let seen: Vec<u64> = (0..3).map(|_| sampler.uniform().to_bits()).collect();
-        assert_eq!(seen, PINNED);
+        let drawn: Vec<u64> = (0..3).map(|_| sampler.uniform().to_bits()).collect();
+        assert_eq!(drawn, PINNED);
     }
 
     /// As first drawn. Another value here means that every recorded case id names another case.
@@ -162,14 +162,14 @@ mod tests {
     #[test]
     fn spread_covers_every_exponent_and_stays_inside() {
         let mut sampler = Sampler::new(7, "spread", 0);
-        let mut seen = [0; 10];
+        let mut counts = [0; 10];
         for _ in 0..1000 {
             let x = sampler.spread(-5, 5);
             let exponent = (0..10).rev().find(|&k| x >= power_of_two(k - 5)).expect("above the lower end");
-            seen[usize::try_from(exponent).expect("small")] += 1;
+            counts[usize::try_from(exponent).expect("small")] += 1;
             assert!(x < 32.0);
         }
-        assert!(seen.iter().all(|&count| count > 60), "{seen:?}");
+        assert!(counts.iter().all(|&count| count > 60), "{counts:?}");
     }
 
     #[test]

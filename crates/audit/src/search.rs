@@ -13,7 +13,7 @@ use rayon::prelude::*;
 
 use crate::family::Family;
 use crate::sampler::Sampler;
-use crate::witness::{Ask, Asked, Place, Witness};
+use crate::witness::{Asked, Place, Query, Witness};
 
 /// Worst cases kept of each place.
 const KEPT: usize = 6;
@@ -22,23 +22,23 @@ const KEPT: usize = 6;
 const ROUND: usize = 256;
 
 /// Ways to ask, the first one's bounds those of whichever rung comes first.
-const ASKS: [Ask; 16] = [
-    Ask::Answer(1.0),
-    Ask::Answer(1.0),
-    Ask::Answer(1e-9),
-    Ask::Answer(1e-12),
-    Ask::Answer(1e-15),
-    Ask::Answer(0.0),
-    Ask::Value(1.0),
-    Ask::Lanes(1.0),
-    Ask::Lanes(1.0),
-    Ask::SingleLanes(1.0),
-    Ask::Digits(30),
-    Ask::Answer(1e-13),
-    Ask::Answer(1.0),
-    Ask::Lanes(1.0),
-    Ask::Value(1.0),
-    Ask::SingleLanes(1e-3),
+const ASKS: [Query; 16] = [
+    Query::Answer(1.0),
+    Query::Answer(1.0),
+    Query::Answer(1e-9),
+    Query::Answer(1e-12),
+    Query::Answer(1e-15),
+    Query::Answer(0.0),
+    Query::Value(1.0),
+    Query::Lanes(1.0),
+    Query::Lanes(1.0),
+    Query::SingleLanes(1.0),
+    Query::Digits(30),
+    Query::Answer(1e-13),
+    Query::Answer(1.0),
+    Query::Lanes(1.0),
+    Query::Value(1.0),
+    Query::SingleLanes(1e-3),
 ];
 
 /// The worst cases of a place.
@@ -58,7 +58,7 @@ pub struct Search {
     /// Cases asked.
     pub asked: u64,
     /// What must not be, whatever the bounds: the first of each kind, with how the case was asked.
-    pub faults: Vec<(Ask, Case, String)>,
+    pub faults: Vec<(Query, Case, String)>,
 }
 
 impl Search {
@@ -66,7 +66,7 @@ impl Search {
     #[must_use]
     pub fn from_witnesses(witnesses: &[Witness]) -> Self {
         let mut search = Self::default();
-        let asked: Vec<Asked> = witnesses.par_iter().map(|witness| witness.ask.of(&witness.case)).collect();
+        let asked: Vec<Asked> = witnesses.par_iter().map(|witness| witness.ask.check(&witness.case)).collect();
         for (witness, asked) in witnesses.iter().zip(asked) {
             search.add(witness.ask, &witness.case, asked);
         }
@@ -76,8 +76,8 @@ impl Search {
     /// One more round. The seed, the round and the worst cases so far determine the cases it tries.
     pub fn climb(&mut self, seed: u64, round: u64) {
         let sampler = &mut Sampler::new(seed, "search", round);
-        let candidates: Vec<(Ask, Case)> = (0..ROUND).map(|_| self.candidate(sampler)).collect();
-        let asked: Vec<Asked> = candidates.par_iter().map(|(ask, case)| ask.of(case)).collect();
+        let candidates: Vec<(Query, Case)> = (0..ROUND).map(|_| self.candidate(sampler)).collect();
+        let asked: Vec<Asked> = candidates.par_iter().map(|(ask, case)| ask.check(case)).collect();
         for ((ask, case), asked) in candidates.into_iter().zip(asked) {
             self.add(ask, &case, asked);
         }
@@ -86,11 +86,11 @@ impl Search {
     /// The worst error over bound at any place.
     #[must_use]
     pub fn worst(&self) -> Option<&Witness> {
-        let all = self.places.values().filter_map(|worst| worst.worst.first());
-        all.max_by(|a, b| a.ratio.total_cmp(&b.ratio))
+        let worst_of_places = self.places.values().filter_map(|worst| worst.worst.first());
+        worst_of_places.max_by(|a, b| a.ratio.total_cmp(&b.ratio))
     }
 
-    fn add(&mut self, ask: Ask, case: &Case, asked: Asked) {
+    fn add(&mut self, ask: Query, case: &Case, asked: Asked) {
         self.asked += 1;
         for fault in asked.faults {
             let kind = |text: &str| text.split(':').next().map(str::to_owned);
@@ -112,7 +112,7 @@ impl Search {
     }
 
     /// A neighbour of a bad case, or a case drawn anew.
-    fn candidate(&self, sampler: &mut Sampler) -> (Ask, Case) {
+    fn candidate(&self, sampler: &mut Sampler) -> (Query, Case) {
         if self.places.is_empty() || sampler.one_in(4) {
             return (drawn_ask(sampler), drawn(sampler));
         }
@@ -137,7 +137,7 @@ impl Search {
     }
 }
 
-fn drawn_ask(sampler: &mut Sampler) -> Ask {
+fn drawn_ask(sampler: &mut Sampler) -> Query {
     ASKS[sampler.below(16) as usize]
 }
 
@@ -243,15 +243,15 @@ pub(crate) fn brink(sampler: &mut Sampler) -> Case {
         (false, true) => [-150, -51],
         (false, false) => [-60, -51],
     };
-    let off = |sampler: &mut Sampler| {
+    let offset = |sampler: &mut Sampler| {
         if sampler.one_in(3) { DVec3::ZERO } else { normal * (sampler.sign() * sampler.spread(powers[0], powers[1])) }
     };
     let corners: &[[f64; 2]] =
         if is_warped { &[[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]] } else { &[[1.0, 0.0], [0.0, 1.0], [-1.0, -0.5]] };
-    let vertices: Vec<DVec3> = corners.iter().map(|[u, v]| centre + along * *u + across * *v + off(sampler)).collect();
+    let vertices: Vec<DVec3> = corners.iter().map(|[u, v]| centre + along * *u + across * *v + offset(sampler)).collect();
     let reach = if sampler.one_in(2) { 0.9 } else { 3.0 };
     let beside = along * sampler.between(-reach, reach) + across * sampler.between(-reach, reach);
-    let position = centre + beside + off(sampler);
+    let position = centre + beside + offset(sampler);
     let facing = match sampler.below(3) {
         0 => normal * (sampler.sign() * sampler.between(0.5, 2.0)),
         1 => sampler.direction(),
@@ -379,8 +379,11 @@ mod tests {
         assert_eq!(climbed(1), short);
         assert_eq!(long.faults, []);
         for (place, worst) in &short.places {
-            let found = |worst: &Worst| worst.worst.first().map_or(0.0, |witness| witness.ratio);
-            assert!(found(&long.places[place]) >= found(worst) && found(&long.places[place]) <= 1.0, "{place}");
+            let largest_ratio = |worst: &Worst| worst.worst.first().map_or(0.0, |witness| witness.ratio);
+            assert!(
+                largest_ratio(&long.places[place]) >= largest_ratio(worst) && largest_ratio(&long.places[place]) <= 1.0,
+                "{place}"
+            );
         }
         assert_eq!(
             Search::from_witnesses(&long.places.values().flat_map(|w| w.worst.clone()).collect::<Vec<_>>()).worst(),

@@ -18,10 +18,10 @@ use crate::sampler::normalising_power;
 
 /// The emitter in free sight with the same radiosity and gradient; `None` where there is none that this module knows of.
 #[must_use]
-pub fn seen(problem: &Problem) -> Option<Cow<'_, Emitter>> {
+pub fn visible_part(problem: &Problem) -> Option<Cow<'_, Emitter>> {
     match problem.occluders.as_slice() {
         [] => Some(Cow::Borrowed(&problem.emitter)),
-        [screen] => past(problem, screen).map(Cow::Owned),
+        [screen] => occluded(problem, screen).map(Cow::Owned),
         _ => None,
     }
 }
@@ -29,10 +29,10 @@ pub fn seen(problem: &Problem) -> Option<Cow<'_, Emitter>> {
 /// The visible part of the emitter and no occluders where [`seen`] knows that part, else emitter and occluders as they stand.
 #[must_use]
 pub(crate) fn reduced(problem: &Problem) -> (Cow<'_, Emitter>, &[Polygon]) {
-    seen(problem).map_or((Cow::Borrowed(&problem.emitter), problem.occluders.as_slice()), |emitter| (emitter, &[]))
+    visible_part(problem).map_or((Cow::Borrowed(&problem.emitter), problem.occluders.as_slice()), |emitter| (emitter, &[]))
 }
 
-fn past(problem: &Problem, screen: &Polygon) -> Option<Emitter> {
+fn occluded(problem: &Problem, screen: &Polygon) -> Option<Emitter> {
     let &[a, b, c] = screen.vertices() else { return None };
     let hidden = (0..problem.emitter.polygon().vertices().len())
         .find(|&vertex| [[a, b, c], [b, c, a], [c, a, b]].into_iter().any(|base_first| hides(problem, base_first, vertex)))?;
@@ -77,8 +77,8 @@ fn without(emitter: &Emitter, vertex: usize) -> Option<Emitter> {
         Emission::Linear(Linear::Gradient { .. }) if vertex == 0 => return None,
         other => other.clone(),
     };
-    let rest = emitter.polygon().vertices().iter().enumerate().filter(|(i, _)| *i != vertex).map(|(_, v)| *v);
-    Emitter::new(Polygon::from_rounded(rest.collect(), emitter.polygon().precision()).ok()?, emission).ok()
+    let remaining = emitter.polygon().vertices().iter().enumerate().filter(|(i, _)| *i != vertex).map(|(_, v)| *v);
+    Emitter::new(Polygon::from_rounded(remaining.collect(), emitter.polygon().precision()).ok()?, emission).ok()
 }
 
 #[cfg(test)]
@@ -99,11 +99,11 @@ mod tests {
     #[test]
     fn a_screen_on_a_diagonal_hides_its_corner_and_nothing_else() {
         let problem = problem(DVec3::new(1.5, 1.5, 0.5));
-        let seen = seen(&problem).expect("one corner is hidden");
-        assert_eq!(seen.polygon().vertices(), [DVec3::ZERO, DVec3::X, DVec3::Y]);
-        assert_eq!(seen.emission(), &Emission::at_vertices(vec![1.0, 2.0, 3.0]));
+        let visible = visible_part(&problem).expect("one corner is hidden");
+        assert_eq!(visible.polygon().vertices(), [DVec3::ZERO, DVec3::X, DVec3::Y]);
+        assert_eq!(visible.emission(), &Emission::at_vertices(vec![1.0, 2.0, 3.0]));
         let past = evaluate(&problem.receiver, &problem.emitter, &problem.occluders).unwrap();
-        let free = evaluate(&problem.receiver, &seen, &[]).unwrap();
+        let free = evaluate(&problem.receiver, &visible, &[]).unwrap();
         assert!((past.radiosity - free.radiosity).abs() <= past.radiosity_error + free.radiosity_error);
         assert!((past.gradient - free.gradient).length() <= past.gradient_error + free.gradient_error);
     }
@@ -112,11 +112,11 @@ mod tests {
     fn other_screens_are_not_taken_for_one() {
         // Too small to hide the corner, below the plane, leaning aside.
         for top in [DVec3::new(0.8, 0.8, 0.1), DVec3::new(1.5, 1.5, -0.5), DVec3::new(3.0, 0.5, 0.5)] {
-            assert_eq!(seen(&problem(top)), None, "{top}");
+            assert_eq!(visible_part(&problem(top)), None, "{top}");
         }
         let mut two = problem(DVec3::new(1.5, 1.5, 0.5));
         two.occluders.push(two.occluders[0].clone());
-        assert_eq!(seen(&two), None);
+        assert_eq!(visible_part(&two), None);
     }
 
     #[test]
@@ -124,8 +124,8 @@ mod tests {
         for (family, index) in [Family::FarScreen, Family::ScreenScale].into_iter().flat_map(|f| (0..300).map(move |i| (f, i))) {
             let problem = family.case(1, index).problem().expect("valid");
             let count = problem.emitter.polygon().vertices().len();
-            let rest = seen(&problem).unwrap_or_else(|| panic!("{family} {index}: {problem:?}"));
-            assert_eq!(rest.polygon().vertices().len(), count - 1);
+            let visible = visible_part(&problem).unwrap_or_else(|| panic!("{family} {index}: {problem:?}"));
+            assert_eq!(visible.polygon().vertices().len(), count - 1);
         }
     }
 }

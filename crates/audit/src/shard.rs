@@ -81,16 +81,16 @@ where
     /// If they are of different runs, or a part is missing or there twice.
     pub fn merge(shards: &[Self]) -> Result<Self, Error> {
         let first = &shards.first().ok_or(Error::None)?.run;
-        let of = first.part.of;
+        let parts = first.part.of;
         if let Some(other) =
-            shards.iter().map(|s| &s.run).find(|run| Run { part: first.part, ..(*run).clone() } != *first || run.part.of != of)
+            shards.iter().map(|s| &s.run).find(|run| Run { part: first.part, ..(*run).clone() } != *first || run.part.of != parts)
         {
             return Err(Error::Different { first: first.clone(), other: other.clone() });
         }
-        for index in 0..of {
+        for index in 0..parts {
             let times = shards.iter().filter(|s| s.run.part.index == index).count();
             if times != 1 {
-                return Err(Error::Parts { index, of, times });
+                return Err(Error::Parts { index, of: parts, times });
             }
         }
         let table = shards.iter().map(|s| s.table.clone()).collect();
@@ -146,7 +146,8 @@ impl<K: Ord + Copy, Q: Ord + Copy> From<&Shard<K, Q>> for File<K, Q> {
     fn from(Shard { run, table }: &Shard<K, Q>) -> Self {
         let families = table.families().iter().map(|(family, table)| {
             let counts = table.counts().iter().map(|(kind, bin)| (*kind, bin.into())).collect();
-            let figures = table.figures().iter().filter_map(|(q, d)| Some((*q, DistributionFile::of(d)?))).collect();
+            let figures =
+                table.figures().iter().filter_map(|(q, d)| Some((*q, DistributionFile::from_distribution(d)?))).collect();
             (family.to_string(), FamilyFile { counts, figures })
         });
         Self {
@@ -160,7 +161,7 @@ impl<K: Ord + Copy, Q: Ord + Copy> From<&Shard<K, Q>> for File<K, Q> {
 
 impl DistributionFile {
     /// `None` of the empty distribution, which no table holds.
-    fn of(distribution: &Distribution) -> Option<Self> {
+    fn from_distribution(distribution: &Distribution) -> Option<Self> {
         let worst = distribution.worst()?;
         let bins = distribution.bins().iter().map(|(step, bin)| (step.to_string(), bin.into())).collect();
         Some(Self { bins, worst: worst.value.to_string(), worst_case: worst.case.to_string() })
@@ -214,7 +215,7 @@ mod tests {
             5 => Outcome::Measured([f64::INFINITY; 6]),
             _ => Outcome::Measured([0.0, 1e-17 / 3.0, name.index as f64, 0.1, 0.2, 0.3]),
         };
-        let table = run.names().map(|name| Table::of(name, &outcome(name))).collect();
+        let table = run.names().map(|name| Table::single(name, &outcome(name))).collect();
         Shard { run, table }
     }
 

@@ -116,24 +116,24 @@ fn one_shorter(case: &Case) -> impl Iterator<Item = Case> + '_ {
 /// Every number of a case.
 fn numbers(case: &mut Case) -> Vec<&mut f64> {
     let receiver = &mut case.receiver;
-    let mut all: Vec<&mut f64> = receiver.position.iter_mut().chain(&mut receiver.normal).collect();
-    all.push(&mut receiver.reflectance);
-    all.extend(case.emitter.vertices.iter_mut().flatten());
-    all.extend(case.occluders.iter_mut().flatten().flatten());
+    let mut coordinates: Vec<&mut f64> = receiver.position.iter_mut().chain(&mut receiver.normal).collect();
+    coordinates.push(&mut receiver.reflectance);
+    coordinates.extend(case.emitter.vertices.iter_mut().flatten());
+    coordinates.extend(case.occluders.iter_mut().flatten().flatten());
     match &mut case.emitter.emission {
-        EmissionRecord::Constant { constant } => all.push(constant),
-        EmissionRecord::Vertices { vertices } => all.extend(vertices),
+        EmissionRecord::Constant { constant } => coordinates.push(constant),
+        EmissionRecord::Vertices { vertices } => coordinates.extend(vertices),
         EmissionRecord::Gradient { value, gradient } => {
-            all.push(value);
-            all.extend(gradient);
+            coordinates.push(value);
+            coordinates.extend(gradient);
         }
         EmissionRecord::Polynomial { polynomial } => {
-            all.extend(&mut polynomial.origin);
-            all.extend(polynomial.terms.iter_mut().map(|term| &mut term.coefficient));
+            coordinates.extend(&mut polynomial.origin);
+            coordinates.extend(polynomial.terms.iter_mut().map(|term| &mut term.coefficient));
         }
         EmissionRecord::Expression { .. } => {}
     }
-    all
+    coordinates
 }
 
 /// Bits from the first 1 to the last.

@@ -44,18 +44,18 @@ fn angle_over_sine(cosine: f32) -> f32 {
 
 /// The part of a polygon with `n.r > 0`.
 fn above_horizon(corners: &[Single], n: Single) -> Vec<Single> {
-    let mut kept = Vec::with_capacity(corners.len() + 2);
+    let mut clipped = Vec::with_capacity(corners.len() + 2);
     for (&from, &to) in corners.iter().zip(corners.iter().cycle().skip(1)) {
         let (a, b) = (dot(n, from), dot(n, to));
         if a > 0.0 {
-            kept.push(from);
+            clipped.push(from);
         }
         if (a > 0.0) != (b > 0.0) {
             let t = a / (a - b);
-            kept.push([0, 1, 2].map(|i| from[i] + t * (to[i] - from[i])));
+            clipped.push([0, 1, 2].map(|i| from[i] + t * (to[i] - from[i])));
         }
     }
-    kept
+    clipped
 }
 
 fn minus(a: Single, b: Single) -> Single {

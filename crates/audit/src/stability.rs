@@ -16,7 +16,7 @@ use rayon::prelude::*;
 use crate::bounds::digits;
 use crate::bounds::mark::Rung;
 use crate::contender::{Contender, Score, stated};
-use crate::seen::seen;
+use crate::seen::visible_part;
 use crate::table::two_digits;
 use crate::truth::Truth;
 pub use plane::{Axis, Emitted, Plane};
@@ -72,9 +72,9 @@ impl fmt::Display for Complaint {
 ///
 /// ```
 /// use radgrad_audit::stability::Stability;
-/// let found = Stability::compute([3, 3], || ());
-/// assert!(found.complaints.is_empty(), "the ladder is within its bounds everywhere");
-/// found.write(std::io::sink())?;
+/// let stability = Stability::compute([3, 3], || ());
+/// assert!(stability.complaints.is_empty(), "the ladder is within its bounds everywhere");
+/// stability.write(std::io::sink())?;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -108,7 +108,7 @@ impl Stability {
         let looked: Vec<Looked> = places
             .par_iter()
             .enumerate()
-            .map(|(index, &place)| look(plane, emitted, plane.at(place, cells), index % ORACLE_EVERY == 0))
+            .map(|(index, &place)| look(plane, emitted, plane.values(place, cells), index % ORACLE_EVERY == 0))
             .collect();
         self.agreed += looked.iter().filter(|l| l.oracle == Some(true)).count() as u64;
         self.without_oracle += looked.iter().filter(|l| l.oracle == Some(false)).count() as u64;
@@ -156,13 +156,13 @@ fn look(plane: Plane, emitted: Emitted, at: [f64; 2], by_oracle: bool) -> Looked
     let case = plane.case(emitted, at);
     let nothing = Point { at, scores: [[Score::NotMeant; 2]; 5], stated: [f64::INFINITY; 2], rung: Rung::Zero };
     let complain = |what: String| Complaint { what: format!("{} {}: {what}", plane.name(), emitted.name()), case: case.clone() };
-    let known = case.problem().map_err(|error| error.to_string()).and_then(|problem| {
+    let answered = case.problem().map_err(|error| error.to_string()).and_then(|problem| {
         let truth = digits::enclosure(&problem, DIGITS)?;
         let answer = evaluate(&problem.receiver, &problem.emitter, &problem.occluders).map_err(|error| error.to_string())?;
         Ok((problem, truth, answer))
     });
-    let (problem, truth, answer) = match known {
-        Ok(known) => known,
+    let (problem, truth, answer) = match answered {
+        Ok(answered) => answered,
         Err(why) => return Looked { point: nothing, complaints: vec![complain(why)], oracle: None },
     };
     let scores = Contender::ALL.map(|contender| contender.errors(&problem, &truth));
@@ -180,13 +180,17 @@ fn look(plane: Plane, emitted: Emitted, at: [f64; 2], by_oracle: bool) -> Looked
         }
         agrees.is_some()
     });
-    Looked { point: Point { scores, stated: stated(&answer), rung: Rung::of(answer.method), ..nothing }, complaints, oracle }
+    Looked {
+        point: Point { scores, stated: stated(&answer), rung: Rung::from_method(answer.method), ..nothing },
+        complaints,
+        oracle,
+    }
 }
 
 /// Whether the oracle's enclosure meets the truth; `None` where it has none.
 fn agrees(problem: &Problem, truth: &Truth) -> Option<bool> {
-    let emitter = seen(problem)?;
-    Some(Truth::of(&problem.receiver, &emitter).ok()?.overlaps(truth))
+    let emitter = visible_part(&problem)?;
+    Some(Truth::unoccluded(&problem.receiver, &emitter).ok()?.overlaps(truth))
 }
 
 #[cfg(test)]
@@ -195,11 +199,11 @@ mod tests {
 
     #[test]
     fn the_ladder_keeps_its_promise_on_every_plane_and_the_others_do_not() {
-        let found = Stability::compute([7, 5], || ());
-        assert!(found.complaints.is_empty(), "{:?}", found.complaints);
-        assert_eq!(found.maps.len(), Plane::ALL.len() * Emitted::ALL.len());
-        assert!(found.agreed >= 4, "{} agreed, {} without", found.agreed, found.without_oracle);
-        for map in &found.maps {
+        let stability = Stability::compute([7, 5], || ());
+        assert!(stability.complaints.is_empty(), "{:?}", stability.complaints);
+        assert_eq!(stability.maps.len(), Plane::ALL.len() * Emitted::ALL.len());
+        assert!(stability.agreed >= 4, "{} agreed, {} without", stability.agreed, stability.without_oracle);
+        for map in &stability.maps {
             let worst = |contender: Contender| {
                 let index = Contender::ALL.iter().position(|c| *c == contender).unwrap();
                 map.points.iter().flat_map(|p| p.scores[index]).filter_map(Score::error).fold(0.0, f64::max)

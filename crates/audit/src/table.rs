@@ -25,7 +25,7 @@ impl FamilyTable {
 impl Table {
     /// The table of one case.
     #[must_use]
-    pub fn of(case: Name, outcome: &Outcome) -> Self {
+    pub fn single(case: Name, outcome: &Outcome) -> Self {
         let mut table = Self::default();
         table.record(case, outcome);
         table
@@ -155,9 +155,9 @@ mod tests {
     fn the_csv_names_what_happened() {
         let name = |index| Name { family: Family::Contact, seed: 1, index };
         let table: Table = [
-            Table::of(name(0), &Outcome::Measured([1e-16, 2e-16, 0.5, 0.5, 0.1, 0.1])),
-            Table::of(name(1), &Outcome::Measured([3e-14, f64::INFINITY, 0.5, 0.5, 0.1, 2.0])),
-            Table::of(name(2), &Outcome::NonFinite("NaN".to_owned())),
+            Table::single(name(0), &Outcome::Measured([1e-16, 2e-16, 0.5, 0.5, 0.1, 0.1])),
+            Table::single(name(1), &Outcome::Measured([3e-14, f64::INFINITY, 0.5, 0.5, 0.1, 2.0])),
+            Table::single(name(2), &Outcome::NonFinite("NaN".to_owned())),
         ]
         .into_iter()
         .collect();

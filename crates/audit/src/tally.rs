@@ -77,7 +77,7 @@ impl<K: Ord + Copy, Q: Ord + Copy> Tally<K, Q> {
 
     /// Counts a case.
     pub fn count(&mut self, case: Name, kind: K) {
-        let one = Bin::of(case);
+        let one = Bin::single(case);
         self.families.entry(case.family).or_default().counts.entry(kind).and_modify(|bin| bin.merge(&one)).or_insert(one);
     }
 
@@ -122,7 +122,7 @@ mod tests {
             cases in prop::collection::vec((0..3usize, 0..3u8, prop::sample::select(vec![0.0, 1e-17, 2e-17, 0.5, f64::INFINITY])), 0..60),
             shards in 1..6u64,
         ) {
-            let of = |shard: u64, shards: u64| {
+            let tally_of_shard = |shard: u64, shards: u64| {
                 let mut tally = Tally::<u8, u8>::default();
                 for ((family, kind, value), index) in cases.iter().zip(0..).filter(|(_, index)| index % shards == shard) {
                     let name = Name { family: Family::ALL[*family], seed: 1, index };
@@ -131,7 +131,7 @@ mod tests {
                 }
                 tally
             };
-            prop_assert_eq!(of(0, 1), (0..shards).rev().map(|shard| of(shard, shards)).collect::<Tally<u8, u8>>());
+            prop_assert_eq!(tally_of_shard(0, 1), (0..shards).rev().map(|shard| tally_of_shard(shard, shards)).collect::<Tally<u8, u8>>());
         }
     }
 }

@@ -39,8 +39,8 @@ impl Truth {
     ///
     /// # Errors
     /// If the oracle cannot: no bound for a cell, or no budget for the cells it takes.
-    pub fn of(receiver: &Receiver, emitter: &Emitter) -> Result<Self, Error> {
-        Self::past(receiver, emitter, &[])
+    pub fn unoccluded(receiver: &Receiver, emitter: &Emitter) -> Result<Self, Error> {
+        Self::occluded(receiver, emitter, &[])
     }
 
     /// Encloses a case with occluders. If the visible part of the emitter is a polygon, it takes the emitter's place.
@@ -49,10 +49,10 @@ impl Truth {
     /// As [`Self::of`].
     pub fn of_problem(problem: &Problem) -> Result<Self, Error> {
         let (emitter, occluders) = reduced(problem);
-        Self::past(&problem.receiver, &emitter, occluders)
+        Self::occluded(&problem.receiver, &emitter, occluders)
     }
 
-    fn past(receiver: &Receiver, emitter: &Emitter, occluders: &[Polygon]) -> Result<Self, Error> {
+    fn occluded(receiver: &Receiver, emitter: &Emitter, occluders: &[Polygon]) -> Result<Self, Error> {
         let source = Source::Emitter(emitter);
         let enclosure = match enclose_source_past(receiver, &source, occluders, &SHARP) {
             Err(Error::Rounding { .. }) => enclose_source_past(receiver, &source, occluders, &ENOUGH)?,
@@ -149,10 +149,10 @@ mod tests {
     fn past_a_screen_on_the_emitter_is_the_truth_of_what_it_leaves() {
         for (family, index) in [Family::FarScreen, Family::ScreenScale].into_iter().flat_map(|f| (0..20).map(move |i| (f, i))) {
             let problem = family.case(1, index).problem().expect("valid");
-            let seen = Truth::of_problem(&problem).expect("enclosed");
-            let past = Truth::past(&problem.receiver, &problem.emitter, &problem.occluders).expect("enclosed");
-            assert!(past.radiosity.overlaps(&seen.radiosity), "{family}:1:{index} {past:?} {seen:?}");
-            assert!((0..3).all(|k| past.gradient[k].overlaps(&seen.gradient[k])), "{family}:1:{index} {past:?} {seen:?}");
+            let visible = Truth::of_problem(&problem).expect("enclosed");
+            let past = Truth::occluded(&problem.receiver, &problem.emitter, &problem.occluders).expect("enclosed");
+            assert!(past.radiosity.overlaps(&visible.radiosity), "{family}:1:{index} {past:?} {visible:?}");
+            assert!((0..3).all(|k| past.gradient[k].overlaps(&visible.gradient[k])), "{family}:1:{index} {past:?} {visible:?}");
         }
     }
 

@@ -22,7 +22,7 @@ use crate::truth::{Truth, norm_above};
 /// How a case is asked.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(into = "String", try_from = "String")]
-pub enum Ask {
+pub enum Query {
     /// `evaluate_to` with this tolerance.
     Answer(f64),
     /// `evaluate_value` with this relative tolerance.
@@ -38,7 +38,7 @@ pub enum Ask {
 /// The part of the code that answered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum By {
+pub enum AnswerMethod {
     /// The Gauss rule.
     Quadrature,
     /// The closed form in double precision.
@@ -57,7 +57,7 @@ pub enum By {
     Digits,
 }
 
-impl By {
+impl AnswerMethod {
     /// Name in tables.
     #[must_use]
     pub const fn name(self) -> &'static str {
@@ -78,7 +78,7 @@ impl By {
         matches!(self, Self::Quadrature | Self::ClosedForm | Self::Lanes | Self::SingleLanes)
     }
 
-    const fn of(method: Method) -> Option<Self> {
+    const fn from_method(method: Method) -> Option<Self> {
         match method {
             Method::Zero => None,
             Method::Quadrature => Some(Self::Quadrature),
@@ -128,7 +128,7 @@ pub enum Quantity {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct Place {
     /// The part that answered.
-    pub by: By,
+    pub by: AnswerMethod,
     /// Of which emission.
     pub emission: EmissionKind,
     /// Of which part of the emitter.
@@ -167,7 +167,7 @@ impl Sight {
         }
     }
 
-    fn of(problem: &Problem) -> Self {
+    fn classify(problem: &Problem) -> Self {
         let (x, n1) = (problem.receiver.position(), problem.receiver.normal());
         if !problem.occluders.is_empty() {
             Self::Screened
@@ -186,7 +186,7 @@ pub struct Witness {
     /// Whose bound.
     pub place: Place,
     /// How it is asked.
-    pub ask: Ask,
+    pub ask: Query,
     /// Error over bound when it was recorded: the least that it can be.
     pub ratio: f64,
     /// The bound stated then.
@@ -218,10 +218,10 @@ pub struct Asked {
     pub faults: Vec<String>,
 }
 
-impl Ask {
+impl Query {
     /// Asks and holds the answer to a truth of many digits.
     #[must_use]
-    pub fn of(self, case: &Case) -> Asked {
+    pub fn check(self, case: &Case) -> Asked {
         let Ok(mut problem) = case.problem() else { return Asked::default() };
         if let Self::SingleLanes(_) = self
             && !round_to_single(&mut problem)
@@ -244,19 +244,19 @@ impl Ask {
     }
 
     /// The answer, and what gave it; none where another way answers.
-    pub(crate) fn answer(self, problem: &Problem) -> Result<Option<(Option<By>, Answer)>, radgrad_core::Error> {
+    pub(crate) fn answer(self, problem: &Problem) -> Result<Option<(Option<AnswerMethod>, Answer)>, radgrad_core::Error> {
         let Problem { receiver, emitter, occluders, .. } = problem;
         match self {
             Self::Answer(tolerance) => {
                 let answer = evaluate_to(receiver, emitter, occluders, tolerance)?;
-                Ok(Some((By::of(answer.method), answer)))
+                Ok(Some((AnswerMethod::from_method(answer.method), answer)))
             }
             Self::Value(relative) => {
                 let value = evaluate_value(receiver, emitter, occluders, Tolerance { relative, absolute: 0.0 })?;
                 let (radiosity, radiosity_error) = (value.radiosity, value.radiosity_error);
                 let (gradient, gradient_error) = (DVec3::ZERO, f64::NAN);
                 Ok(Some((
-                    By::of(value.method),
+                    AnswerMethod::from_method(value.method),
                     Answer { radiosity, gradient, radiosity_error, gradient_error, method: value.method },
                 )))
             }
@@ -286,7 +286,11 @@ impl Ask {
                     }};
                 }
                 #[allow(clippy::cast_possible_truncation, reason = "rounded to single precision before")]
-                if let Self::Lanes(_) = self { of_lanes!(f64, By::Lanes) } else { of_lanes!(f32, By::SingleLanes) }
+                if let Self::Lanes(_) = self {
+                    of_lanes!(f64, AnswerMethod::Lanes)
+                } else {
+                    of_lanes!(f32, AnswerMethod::SingleLanes)
+                }
             }
             Self::Digits(_) => Ok(None),
         }
@@ -313,15 +317,15 @@ pub(crate) fn round_to_single(problem: &mut Problem) -> bool {
 }
 
 impl Asked {
-    fn hold(&mut self, ask: Ask, problem: &Problem, by: Option<By>, answer: &Answer) {
-        let is_value = matches!(ask, Ask::Value(_));
+    fn hold(&mut self, ask: Query, problem: &Problem, by: Option<AnswerMethod>, answer: &Answer) {
+        let is_value = matches!(ask, Query::Value(_));
         let numbers = answer.radiosity.is_finite() && answer.gradient.is_finite() && !answer.radiosity_error.is_nan();
         if !numbers || (!is_value && answer.gradient_error.is_nan()) {
             self.faults.push(format!("{ask}: not a number in {answer:?}"));
             return;
         }
-        if let Ask::Answer(tolerance) = ask
-            && by != Some(By::OnSurface)
+        if let Query::Answer(tolerance) = ask
+            && by != Some(AnswerMethod::OnSurface)
             && problem.emitter.polygon().vertices().len() == 3
             && problem.occluders.is_empty()
             && !answer.meets(tolerance)
@@ -346,20 +350,20 @@ impl Asked {
         }
     }
 
-    fn add(&mut self, problem: &Problem, by: By, quantity: Quantity, bound: f64, error: f64) {
+    fn add(&mut self, problem: &Problem, by: AnswerMethod, quantity: Quantity, bound: f64, error: f64) {
         let emission = match problem.emitter.emission() {
             Emission::Constant(_) => EmissionKind::Constant,
             Emission::Linear(_) => EmissionKind::Linear,
             Emission::Polynomial(_) => EmissionKind::Polynomial,
         };
-        let place = Place { by, emission, sight: Sight::of(problem), quantity };
+        let place = Place { by, emission, sight: Sight::classify(problem), quantity };
         self.held.push(Held { place, bound, ratio: ratio(error, bound) });
     }
 
     /// On the surface of an emitter that is not flat there is no one truth. But the answers must not contradict each other, by
     /// whichever vertex it is named first.
-    fn hold_other_names(&mut self, ask: Ask, problem: &Problem, answer: &Answer) {
-        let Ask::Answer(tolerance) = ask else { return };
+    fn hold_other_names(&mut self, ask: Query, problem: &Problem, answer: &Answer) {
+        let Query::Answer(tolerance) = ask else { return };
         let (polygon, Emission::Constant(_)) = (problem.emitter.polygon(), problem.emitter.emission()) else { return };
         let count = polygon.vertices().len();
         for first in 1..count {
@@ -373,7 +377,9 @@ impl Asked {
             };
             let apart = [(answer.radiosity - other.radiosity).abs(), norm_above(answer.gradient - other.gradient)];
             let bounds = [answer.radiosity_error + other.radiosity_error, answer.gradient_error + other.gradient_error];
-            let by = By::of(answer.method).or(By::of(other.method)).unwrap_or(By::OnSurface);
+            let by = AnswerMethod::from_method(answer.method)
+                .or(AnswerMethod::from_method(other.method))
+                .unwrap_or(AnswerMethod::OnSurface);
             for (quantity, (apart, bound)) in [Quantity::Value, Quantity::Gradient].into_iter().zip(apart.into_iter().zip(bounds))
             {
                 let error = if apart > bound * (1.0 + 8.0 * f64::EPSILON) { apart } else { apart * (1.0 - 16.0 * f64::EPSILON) };
@@ -392,13 +398,13 @@ impl Asked {
             [a.radiosity.share_apart(&b.radiosity), gradient]
         };
         let [value, gradient] = pairs(&few, &more);
-        self.add(problem, By::Digits, Quantity::Value, 1.0, value);
-        self.add(problem, By::Digits, Quantity::Gradient, 1.0, gradient);
+        self.add(problem, AnswerMethod::Digits, Quantity::Value, 1.0, value);
+        self.add(problem, AnswerMethod::Digits, Quantity::Gradient, 1.0, gradient);
     }
 }
 
 /// How many bounds an answer on the surface is at most from what it is by another vertex named first; 0 of no answer.
-pub(crate) fn apart_from_other_names(ask: Ask, problem: &Problem) -> f64 {
+pub(crate) fn apart_from_other_names(ask: Query, problem: &Problem) -> f64 {
     let Ok(Some((_, answer))) = ask.answer(problem) else { return 0.0 };
     let mut asked = Asked::default();
     asked.hold_other_names(ask, problem, &answer);
@@ -432,7 +438,7 @@ pub enum Error {
 ///
 /// # Errors
 /// If the folder or a file cannot be read, or a line is no witness.
-pub fn all(folder: &Path) -> Result<Vec<Witness>, Error> {
+pub fn read_all(folder: &Path) -> Result<Vec<Witness>, Error> {
     lines(folder)
 }
 
@@ -446,15 +452,15 @@ pub(crate) fn lines<T: serde::de::DeserializeOwned>(folder: &Path) -> Result<Vec
     let mut paths = entries.map(|entry| Ok(entry?.path())).collect::<io::Result<Vec<_>>>().map_err(failed(folder))?;
     paths.retain(|path| path.extension().is_some_and(|extension| extension == "jsonl"));
     paths.sort();
-    let mut found = Vec::new();
+    let mut values = Vec::new();
     for path in paths {
         let text = fs::read_to_string(&path).map_err(failed(&path))?;
         for (line, text) in text.lines().enumerate().filter(|(_, text)| !text.is_empty()) {
             let read = serde_json::from_str(text);
-            found.push(read.map_err(|source| Error::Line { path: path.clone(), line: line + 1, source })?);
+            values.push(read.map_err(|source| Error::Line { path: path.clone(), line: line + 1, source })?);
         }
     }
-    Ok(found)
+    Ok(values)
 }
 
 impl Witness {
@@ -462,7 +468,7 @@ impl Witness {
     /// the one it was, which takes a new derivation and a new record.
     #[must_use]
     pub fn wrong(&self) -> Vec<Wrong> {
-        let asked = self.ask.of(&self.case);
+        let asked = self.ask.check(&self.case);
         let broken = asked.held.iter().filter(|held| held.ratio > 1.0);
         let mut wrong: Vec<Wrong> = broken
             .map(|held| Wrong {
@@ -497,7 +503,7 @@ pub struct Wrong {
     pub what: String,
 }
 
-impl fmt::Display for Ask {
+impl fmt::Display for Query {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let name = match self {
             Self::Answer(_) => "answer",
@@ -515,7 +521,7 @@ impl fmt::Display for Ask {
 #[error("{0:?} is no way to ask a case: answer, value, lanes or single-lanes and a tolerance, or digits and how many")]
 pub struct BadAsk(String);
 
-impl FromStr for Ask {
+impl FromStr for Query {
     type Err = BadAsk;
 
     fn from_str(text: &str) -> Result<Self, BadAsk> {
@@ -533,13 +539,13 @@ impl FromStr for Ask {
     }
 }
 
-impl From<Ask> for String {
-    fn from(ask: Ask) -> Self {
+impl From<Query> for String {
+    fn from(ask: Query) -> Self {
         ask.to_string()
     }
 }
 
-impl TryFrom<String> for Ask {
+impl TryFrom<String> for Query {
     type Error = BadAsk;
 
     fn try_from(text: String) -> Result<Self, BadAsk> {
@@ -554,10 +560,10 @@ mod tests {
 
     #[test]
     fn ways_to_ask_read_back_from_their_names() {
-        for ask in [Ask::Answer(1e-12), Ask::Value(0.0), Ask::Lanes(1.0), Ask::SingleLanes(1e-3), Ask::Digits(50)] {
+        for ask in [Query::Answer(1e-12), Query::Value(0.0), Query::Lanes(1.0), Query::SingleLanes(1e-3), Query::Digits(50)] {
             assert_eq!(ask.to_string().parse(), Ok(ask));
         }
-        assert!("answer 2".parse::<Ask>().is_err() && "oracle 1".parse::<Ask>().is_err());
+        assert!("answer 2".parse::<Query>().is_err() && "oracle 1".parse::<Query>().is_err());
     }
 
     #[test]
@@ -566,14 +572,14 @@ mod tests {
             .map(|index| Family::Generic.case(1, index))
             .find(|case| matches!(case.emitter.emission, radgrad_scene::case::EmissionRecord::Constant { .. }));
         let case = constant.expect("a third of them");
-        for (ask, count) in [(Ask::Answer(1.0), 2), (Ask::Answer(0.0), 2), (Ask::Value(1.0), 1), (Ask::Digits(30), 2)] {
-            let asked = ask.of(&case);
+        for (ask, count) in [(Query::Answer(1.0), 2), (Query::Answer(0.0), 2), (Query::Value(1.0), 1), (Query::Digits(30), 2)] {
+            let asked = ask.check(&case);
             assert_eq!((asked.held.len(), &asked.faults[..]), (count, &[][..]), "{ask}");
             assert!(asked.held.iter().all(|held| held.ratio <= 1.0 && held.bound > 0.0), "{ask}: {asked:?}");
         }
         // Another way may answer in the place of lanes.
-        for ask in [Ask::Lanes(1.0), Ask::SingleLanes(1.0)] {
-            let asked = ask.of(&case);
+        for ask in [Query::Lanes(1.0), Query::SingleLanes(1.0)] {
+            let asked = ask.check(&case);
             assert!(asked.held.iter().all(|held| held.ratio <= 1.0 && held.bound > 0.0), "{ask}: {asked:?}");
             assert_eq!(asked.faults, Vec::<String>::new(), "{ask}");
         }
@@ -582,9 +588,9 @@ mod tests {
     #[test]
     fn a_bound_that_shrank_and_one_that_is_broken_are_told_apart() {
         let case = Family::Generic.case(1, 3);
-        let held = Ask::Answer(1.0).of(&case).held[0];
+        let held = Query::Answer(1.0).check(&case).held[0];
         let witness =
-            |bound: f64| Witness { place: held.place, ask: Ask::Answer(1.0), ratio: held.ratio, bound, case: case.clone() };
+            |bound: f64| Witness { place: held.place, ask: Query::Answer(1.0), ratio: held.ratio, bound, case: case.clone() };
         assert_eq!(witness(held.bound).wrong(), []);
         let wrong = witness(1.1 * held.bound).wrong();
         assert!(wrong.len() == 1 && wrong[0].by_record, "{wrong:?}");

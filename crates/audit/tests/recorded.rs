@@ -24,7 +24,7 @@ fn gates() -> Gates {
 
 #[test]
 fn no_case_that_failed_once_fails_again() {
-    let regressions = Regression::all(&data("regressions")).expect("data/regressions");
+    let regressions = Regression::read_all(&data("regressions")).expect("data/regressions");
     assert!(!regressions.is_empty());
     let gates = gates();
     let again: Vec<Violation> = regressions.iter().flat_map(|regression| gates.violations(&regression.table())).collect();
@@ -42,7 +42,7 @@ fn a_small_run_gives_the_recorded_table_on_every_machine() {
 
 #[test]
 fn no_bound_that_was_broken_once_is_broken_again() {
-    for Regression { name, case } in Regression::all(&data("regressions")).expect("data/regressions") {
+    for Regression { name, case } in Regression::read_all(&data("regressions")).expect("data/regressions") {
         let check = check(&case, &campaign::full_effort());
         assert!(!Mark::FAULTS.iter().any(|mark| check.has(*mark)), "{name}: {:?}", check.remarks);
     }
@@ -89,7 +89,7 @@ fn no_gate_is_above_ten_times_the_recorded_worst() {
 
 #[test]
 fn no_recorded_case_breaks_its_bound_and_no_bound_is_smaller_than_recorded() {
-    let witnesses = witness::all(&data("worst")).expect("data/worst");
+    let witnesses = witness::read_all(&data("worst")).expect("data/worst");
     assert!(witnesses.len() > 100);
     let wrong: Vec<String> = witnesses
         .iter()
@@ -101,19 +101,19 @@ fn no_recorded_case_breaks_its_bound_and_no_bound_is_smaller_than_recorded() {
 #[test]
 fn the_table_of_the_search_is_that_of_the_recorded_cases() {
     let mut worst: BTreeMap<Place, f64> = BTreeMap::new();
-    for witness in witness::all(&data("worst")).expect("data/worst") {
-        let most = worst.entry(witness.place).or_default();
-        *most = most.max(witness.ratio);
+    for witness in witness::read_all(&data("worst")).expect("data/worst") {
+        let largest = worst.entry(witness.place).or_default();
+        *largest = largest.max(witness.ratio);
     }
     let mut reader = csv::Reader::from_path(data("tables/search.csv")).expect("data/tables/search.csv");
     let rows: Vec<[String; 8]> = reader.deserialize().map(|row| row.expect("eight columns")).collect();
     assert!(rows.len() > 60);
     for [by, emission, sight, quantity, _, ratio, _, why] in rows {
         let name = format!("{by} {emission} {sight} {quantity}");
-        let found = worst.iter().find(|(place, _)| place.to_string() == name);
-        let found = *found.unwrap_or_else(|| panic!("{name} has no witness")).1;
+        let place = worst.iter().find(|(place, _)| place.to_string() == name);
+        let ratio_found = *place.unwrap_or_else(|| panic!("{name} has no witness")).1;
         let stated: f64 = ratio.parse().expect("a number");
-        assert!((found - stated).abs() < 6e-4 || found > stated, "{name}: {found} and {stated}");
+        assert!((ratio_found - stated).abs() < 6e-4 || ratio_found > stated, "{name}: {ratio_found} and {stated}");
         assert!(stated >= 0.05 || why.len() > 20, "{name}: {stated} of the bound without a reason");
     }
 }
@@ -126,11 +126,11 @@ fn the_guide_has_the_table_of_the_search() {
     whose.dedup();
     let guide = fs::read_to_string(data("../docs/guide/trust.md")).expect("docs/guide/trust.md");
     for [rung, emission] in whose {
-        let at = |sight: &str, quantity: &str| {
+        let cell = |sight: &str, quantity: &str| {
             let is_it = |row: &&[String; 8]| row[..4] == [rung, emission, sight, quantity].map(str::to_owned);
             rows.iter().find(is_it).map(|row| row[5].as_str())
         };
-        let cell = |sight: &str| match [at(sight, "value"), at(sight, "gradient")] {
+        let cell = |sight: &str| match [cell(sight, "value"), cell(sight, "gradient")] {
             [Some(value), Some(gradient)] => format!("{value}, {gradient}"),
             _ => String::new(),
         };

@@ -29,8 +29,8 @@ fn every_family_draws_scenes_that_exist_and_the_same_ones_again() {
             assert!(model.probes.len() >= 3 && model.parts.iter().any(|part| part.emitted[0] > 0.0), "{name}");
             for probe in &model.probes {
                 let polygon = scene.faces()[probe.part].polygon();
-                let off = polygon.normal().dot(probe.position - polygon.vertices()[0]).abs();
-                assert!(off < 1e-14, "{name}: a point is {off:e} off its face");
+                let distance = polygon.normal().dot(probe.position - polygon.vertices()[0]).abs();
+                assert!(distance < 1e-14, "{name}: a point is {distance:e} off its face");
                 assert!(model.parts[probe.part].reflectance[0] > 0.0, "{name}");
             }
         }
@@ -73,12 +73,12 @@ fn at_a_thousand_points_of_scenes_that_are_known_errors_are_within_three_estimat
         let mut model = name.parse::<Name>().unwrap().model();
         model.ways = Ways::default();
         let count = model.parts.len();
-        let at = |(index, [s, t]): (usize, [f64; 2])| {
+        let probe = |(index, [s, t]): (usize, [f64; 2])| {
             let corners = &model.parts[index % count].corners;
             let position = corners[0] + (corners[1] - corners[0]) * s + (corners[3] - corners[0]) * t;
             Probe { part: index % count, position }
         };
-        model.probes = places(1000).enumerate().map(at).collect();
+        model.probes = places(1000).enumerate().map(probe).collect();
         let outcome = judge(&model, Subject::Solve, &EFFORT);
         assert!(!outcome.fails(&model), "{name}: {:?}", outcome.faults(&model));
         let Ending::Judged(all) = outcome.ending else { panic!("{name} has no answer") };
@@ -106,7 +106,7 @@ fn what_was_not_judged_is_counted_and_gated() {
         [Verdict::Rough, Verdict::Held, Verdict::Off]
     );
     assert_eq!(verdicts(Stated::Estimate(f64::NAN), [(0.0, 3.0), (0.9, 1.1), (1.2, 1.3)]), [Verdict::Broken; 3]);
-    let mut table = Table::of(&[Family::Facing], 1, 1, &EFFORT, |_, _| ());
+    let mut table = Table::measure(&[Family::Facing], 1, 1, &EFFORT, |_, _| ());
     assert!(table.hardly_judged(&Requirement::default()).is_empty());
     let row = table.rows.get_mut(&(Family::Facing, Subject::Solve)).unwrap();
     (row.held, row.rough) = (row.rough, row.held);
@@ -157,9 +157,9 @@ fn limits_that_may_fail_are_counted_and_others_are_broken() {
 
 #[test]
 fn planted_faults_are_found() {
-    let found = find(&Fault::ALL, 1, 3, &EFFORT);
-    let missed: Vec<&str> = found.iter().filter(|found| found.by.is_none()).map(|found| found.fault.name()).collect();
-    assert!(missed.is_empty(), "of {} faults these are missed: {missed:?}", found.len());
+    let caught = find(&Fault::ALL, 1, 3, &EFFORT);
+    let missed: Vec<&str> = caught.iter().filter(|fault| fault.by.is_none()).map(|fault| fault.fault.name()).collect();
+    assert!(missed.is_empty(), "of {} faults these are missed: {missed:?}", caught.len());
 }
 
 #[test]
@@ -176,7 +176,7 @@ fn a_plate_of_a_thousand_faces_that_glows_too_little_is_noticed() {
 #[test]
 fn of_faces_on_faces_each_place_is_seen_once_in_the_scene_in_smaller_ones_and_in_the_file() {
     let area = |outline: &[DVec3]| Polygon::new(outline.to_vec()).unwrap().area();
-    let seen = |model: &Model| model.seen().iter().map(|(_, outline)| area(outline)).sum::<f64>();
+    let visible_area = |model: &Model| model.visible_pieces().iter().map(|(_, outline)| area(outline)).sum::<f64>();
     // What lies on nothing, the smaller faces included that lie on it.
     let lowest = |model: &Model| {
         let lowest = model.parts.iter().filter(|part| part.lies.is_none());
@@ -184,14 +184,14 @@ fn of_faces_on_faces_each_place_is_seen_once_in_the_scene_in_smaller_ones_and_in
     };
     for index in 0..12 {
         let model = Family::Nested.model(3, index);
-        let all = lowest(&model);
+        let whole = lowest(&model);
         let smaller = (0..model.parts.len()).map(|part| without(&model, part));
         for model in smaller.chain([model.clone()]) {
-            assert!((seen(&model) - lowest(&model)).abs() < 1e-12 * all, "nested:3:{index}");
+            assert!((visible_area(&model) - lowest(&model)).abs() < 1e-12 * whole, "nested:3:{index}");
         }
         let scene = model.scene().unwrap_or_else(|error| panic!("nested:3:{index}: {error}"));
         let read: f64 = scene.polygons().map(Polygon::area).sum();
-        assert!((read - all).abs() < 1e-3 * all, "nested:3:{index}: {read} of {all}");
+        assert!((read - whole).abs() < 1e-3 * whole, "nested:3:{index}: {read} of {whole}");
         assert!(scene.surfaces().len() < model.parts.len(), "nested:3:{index}: a face that is there twice stayed");
     }
 }

@@ -293,8 +293,8 @@ impl Scene {
     /// let corners = [(0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (0.0, 2.0)];
     /// let square = Polygon::new(corners.map(|(x, y)| DVec3::new(x, y, 0.0)).to_vec()).unwrap();
     /// let face = scene.add_textured_face(floor, tiles, square, &corners.map(|(x, y)| [0.5 * x, 0.5 * y]), None)?;
-    /// assert_eq!(scene.at(face, Quantity::Reflectance, DVec3::new(0.5, 0.5, 0.0)), [0.8]);
-    /// assert_eq!(scene.at(face, Quantity::Reflectance, DVec3::new(1.5, 0.5, 0.0)), [0.2]);
+    /// assert_eq!(scene.value_at(face, Quantity::Reflectance, DVec3::new(0.5, 0.5, 0.0)), [0.8]);
+    /// assert_eq!(scene.value_at(face, Quantity::Reflectance, DVec3::new(1.5, 0.5, 0.0)), [0.2]);
     /// # Ok::<(), radgrad_scene::Error>(())
     /// ```
     ///

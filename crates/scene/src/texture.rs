@@ -74,9 +74,9 @@ impl Wrap {
 /// ```
 /// use radgrad_scene::Texture;
 /// let board = Texture::from_fn("board", [8, 8], 1, |column, row| vec![f64::from(u8::from((column + row) % 2 == 0))])?;
-/// assert_eq!(board.at([0.01, 0.01]), [1.0]);
-/// assert_eq!(board.at([0.13, 0.01]), [0.0]);
-/// assert_eq!(board.at([1.01, -0.01]), [0.0], "it repeats");
+/// assert_eq!(board.value_at([0.01, 0.01]), [1.0]);
+/// assert_eq!(board.value_at([0.13, 0.01]), [0.0]);
+/// assert_eq!(board.value_at([1.01, -0.01]), [0.0], "it repeats");
 /// # Ok::<(), radgrad_scene::Error>(())
 /// ```
 #[derive(Clone, PartialEq)]

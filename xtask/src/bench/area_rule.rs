@@ -10,13 +10,13 @@ use radgrad_core::DVec3;
 
 use super::method::Output;
 use super::regime::Case;
-use super::visible::{above, constant, seen};
+use super::visible::{above, constant, relative_to};
 
 /// Radiosity and gradient with the given one-dimensional rule in both directions.
 pub(crate) fn evaluate(case: &Case, rule: &[(f64, f64)]) -> Output {
     let (receiver, polygon) = (&case.receiver, case.emitter.polygon());
     let x = Vector3::from(receiver.position().to_array());
-    let whole = seen(polygon.vertices(), x);
+    let whole = relative_to(polygon.vertices(), x);
     let part = above(whole, receiver.normal());
     let (n1, n2) = (constant::<f64>(receiver.normal()), constant::<f64>(polygon.normal()));
     let height = -n2.dot(&whole[0]);

@@ -12,14 +12,14 @@ pub(crate) struct Spread {
 
 impl Spread {
     /// Of some figures, at least one; between the two in the middle where they are even.
-    pub(crate) fn of(mut figures: Vec<f64>) -> Self {
+    pub(crate) fn quartiles(mut figures: Vec<f64>) -> Self {
         figures.sort_by(f64::total_cmp);
         let last = figures.len() - 1;
-        let at = |quarters: usize| {
+        let quartile = |quarters: usize| {
             let (place, rest) = (quarters * last / 4, (quarters * last % 4) as f64 / 4.0);
             figures[place] + rest * (figures[(place + 1).min(last)] - figures[place])
         };
-        Self { median: at(2), quartiles: [at(1), at(3)] }
+        Self { median: quartile(2), quartiles: [quartile(1), quartile(3)] }
     }
 
     /// Each figure times `factor`.
@@ -49,7 +49,7 @@ pub(crate) fn time(mut work: impl FnMut()) -> Spread {
     let (repeats, first) = repeats(SAMPLE, &mut work);
     let again = std::iter::repeat_with(|| sample(repeats, &mut work));
     // Where one run is a sample the first one counts: long runs are not done in vain.
-    Spread::of(if repeats == 1 {
+    Spread::quartiles(if repeats == 1 {
         std::iter::once(first).chain(again).take(SAMPLES).collect()
     } else {
         again.take(SAMPLES).collect()
@@ -59,7 +59,7 @@ pub(crate) fn time(mut work: impl FnMut()) -> Spread {
 /// `a`'s time over `b`'s: the median over pairs of samples next to each other, a b a b.
 pub(crate) fn ratio(pairs: usize, least: Duration, mut a: impl FnMut(), mut b: impl FnMut()) -> Spread {
     let ((repeats_a, _), (repeats_b, _)) = (repeats(least, &mut a), repeats(least, &mut b));
-    Spread::of((0..pairs).map(|_| sample(repeats_a, &mut a) / sample(repeats_b, &mut b)).collect())
+    Spread::quartiles((0..pairs).map(|_| sample(repeats_a, &mut a) / sample(repeats_b, &mut b)).collect())
 }
 
 /// How often `work` is repeated so that it takes at least `least`, and its time in the last trial.
@@ -88,10 +88,10 @@ mod tests {
 
     #[test]
     fn a_median_and_quartiles_do_not_see_one_disturbed_sample() {
-        let spread = Spread::of(vec![3.0, 1.0, 2.0, 1e9, 4.0]);
+        let spread = Spread::quartiles(vec![3.0, 1.0, 2.0, 1e9, 4.0]);
         assert_eq!(spread, Spread { median: 3.0, quartiles: [2.0, 4.0] });
-        assert_eq!(Spread::of(vec![1.0, 2.0]).median, 1.5);
-        assert_eq!(Spread::of(vec![7.0]), Spread { median: 7.0, quartiles: [7.0; 2] });
+        assert_eq!(Spread::quartiles(vec![1.0, 2.0]).median, 1.5);
+        assert_eq!(Spread::quartiles(vec![7.0]), Spread { median: 7.0, quartiles: [7.0; 2] });
         assert_eq!(spread.scaled(2.0).quartiles, [4.0, 8.0]);
     }
 

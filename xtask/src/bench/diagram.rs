@@ -47,8 +47,8 @@ pub(crate) fn svg_of_regime(regime: Regime, points: &[Measured]) -> String {
 /// A description of the diagram, in words.
 fn description(points: &[Measured]) -> String {
     let best = |kind: Kind, method: Method| {
-        let of = points.iter().filter(|point| point.kind == kind && point.method == method);
-        of.min_by(|a, b| a.errors.worst().total_cmp(&b.errors.worst()))
+        let measured = points.iter().filter(|point| point.kind == kind && point.method == method);
+        measured.min_by(|a, b| a.errors.worst().total_cmp(&b.errors.worst()))
     };
     let line = |kind: Kind, method: Method| {
         let point = best(kind, method)?;
@@ -227,7 +227,7 @@ mod tests {
             method,
             setting: String::new(),
             errors: Errors { value: quantity, gradient: quantity },
-            time: Spread::of(vec![nanoseconds]),
+            time: Spread::quartiles(vec![nanoseconds]),
             evaluations: 1.0,
             given_up: 0,
         }
@@ -235,13 +235,13 @@ mod tests {
 
     /// Two points of every method in each panel.
     fn points() -> Vec<Measured> {
-        let of = |kind: Kind| {
+        let points_of = |kind: Kind| {
             let of_method = move |(row, method): (usize, Method)| {
                 [1e-3, 1e-9].map(|error| point(kind, method, error, 10.0 * (row + 1) as f64))
             };
             Method::ALL.into_iter().enumerate().flat_map(of_method)
         };
-        Kind::ALL.into_iter().flat_map(of).collect()
+        Kind::ALL.into_iter().flat_map(points_of).collect()
     }
 
     /// Place, height and content of each text.
@@ -260,13 +260,13 @@ mod tests {
     #[test]
     fn a_diagram_names_its_axes_its_methods_and_what_it_shows() {
         let svg = svg_of_regime(Regime::Easy, &points());
-        let all = texts(&svg);
+        let labels = texts(&svg);
         for method in Method::ALL {
-            assert_eq!(all.iter().filter(|(_, _, text)| text == method.name()).count(), 1, "{}", method.name());
+            assert_eq!(labels.iter().filter(|(_, _, text)| text == method.name()).count(), 1, "{}", method.name());
             assert!(svg.split_once("<desc>").unwrap().1.split_once("</desc>").unwrap().0.contains(method.name()));
         }
         for (text, count) in [("time an answer", 2), ("relative error", 2), ("1 ns", 2), ("1 s", 2), ("10⁻¹⁶", 2)] {
-            assert_eq!(all.iter().filter(|(_, _, found)| found == text).count(), count, "{text}");
+            assert_eq!(labels.iter().filter(|(_, _, found)| found == text).count(), count, "{text}");
         }
         assert!(svg.contains(&format!("<title>{}</title>", Regime::Easy.title())));
         let without: Vec<Measured> = points().into_iter().filter(|point| point.method != Method::MonteCarlo).collect();
@@ -287,9 +287,9 @@ mod tests {
 
     #[test]
     fn no_two_texts_stand_on_each_other() {
-        let all = texts(&svg_of_regime(Regime::Near2, &points()));
-        for (i, (x, y, text)) in all.iter().enumerate() {
-            let on_it = all[..i].iter().find(|(other_x, other_y, _)| (x - other_x).abs() < 12.0 && (y - other_y).abs() < 9.0);
+        let labels = texts(&svg_of_regime(Regime::Near2, &points()));
+        for (i, (x, y, text)) in labels.iter().enumerate() {
+            let on_it = labels[..i].iter().find(|(other_x, other_y, _)| (x - other_x).abs() < 12.0 && (y - other_y).abs() < 9.0);
             assert_eq!(on_it, None, "{text} at ({x}, {y})");
         }
     }

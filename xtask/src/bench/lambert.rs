@@ -7,12 +7,12 @@ use num_dual::gradient;
 use radgrad_core::{DVec3, Emission};
 
 use super::regime::Case;
-use super::visible::{Scalar, above, constant, seen};
+use super::visible::{Scalar, above, constant, relative_to};
 
 /// Radiosity of a constant triangle without regard to the horizon: the sum and nothing else.
 pub(crate) fn radiosity(case: &Case) -> f64 {
     let receiver = &case.receiver;
-    let corners = seen(case.emitter.polygon().vertices(), Vector3::from(receiver.position().to_array()));
+    let corners = relative_to(case.emitter.polygon().vertices(), Vector3::from(receiver.position().to_array()));
     factor(case) * sum(&corners, receiver.normal())
 }
 
@@ -40,12 +40,12 @@ pub(crate) fn bare_radiosity_and_gradient(case: &Case) -> (f64, DVec3) {
 /// Radiosity and gradient of a constant triangle, cut by the horizon, in dual numbers.
 pub(crate) fn radiosity_and_gradient(case: &Case) -> (f64, DVec3) {
     let receiver = &case.receiver;
-    let at = SVector::<f64, 3>::from(receiver.position().to_array());
+    let position = SVector::<f64, 3>::from(receiver.position().to_array());
     let of_position = |x| {
-        let part = above(seen(case.emitter.polygon().vertices(), x), receiver.normal());
+        let part = above(relative_to(case.emitter.polygon().vertices(), x), receiver.normal());
         sum(part.as_slice(), receiver.normal())
     };
-    let (value, slope) = gradient(of_position, &at);
+    let (value, slope) = gradient(of_position, &position);
     (factor(case) * value, DVec3::new(slope.x, slope.y, slope.z) * factor(case))
 }
 

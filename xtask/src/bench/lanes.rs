@@ -16,7 +16,7 @@ pub(crate) struct Columns<F>([Vec<F>; 7]);
 
 impl<F: Precision> Columns<F> {
     /// Receivers of cases, over and over, each number by `round`.
-    pub(crate) fn of(cases: &[Case], count: usize, round: impl Fn(f64) -> F) -> Self {
+    pub(crate) fn repeat(cases: &[Case], count: usize, round: impl Fn(f64) -> F) -> Self {
         let numbers = |case: &Case| {
             let ([x, y, z], [nx, ny, nz]) = (case.receiver.position().to_array(), case.receiver.direction().to_array());
             [x, y, z, nx, ny, nz, case.receiver.reflectance()]
@@ -59,7 +59,7 @@ fn run<'a, F: Precision + Into<f64>>(
     round: impl Fn(f64) -> F,
     tolerance: Option<f64>,
 ) -> Run<'a> {
-    let columns = Columns::of(cases, BATCH, round);
+    let columns = Columns::repeat(cases, BATCH, round);
     let (engine, mut answers) = (Engine::new(), Answers::<F>::new());
     let part = move |_: usize, outputs: &mut Vec<Output>| -> Result<(), Box<dyn Error>> {
         let (receivers, emitter) = (columns.receivers()?, &cases[0].emitter);
@@ -67,11 +67,11 @@ fn run<'a, F: Precision + Into<f64>>(
             None => engine.radiosity_and_gradient(&receivers, emitter, &mut answers)?,
             Some(tolerance) => engine.evaluate_to(&receivers, emitter, tolerance, &mut answers)?,
         }
-        let at = |index: usize| {
+        let output = |index: usize| {
             let gradient = DVec3::from_array([0, 1, 2].map(|axis| answers.gradient[axis][index].into()));
             Output::new((answers.radiosity[index].into(), gradient), 1)
         };
-        outputs.extend((0..cases.len()).map(at));
+        outputs.extend((0..cases.len()).map(output));
         Ok(())
     };
     let setting = tolerance.map_or_else(String::new, |tolerance| format!("{tolerance:e}"));

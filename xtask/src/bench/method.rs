@@ -203,13 +203,13 @@ impl<'a> Run<'a> {
     }
 
     /// Answers all cases, in their order.
-    pub(crate) fn all(&mut self) -> Result<Vec<Output>, Box<dyn Error>> {
-        let (mut all, mut outputs) = (Vec::new(), Vec::new());
+    pub(crate) fn outputs(&mut self) -> Result<Vec<Output>, Box<dyn Error>> {
+        let (mut answers, mut outputs) = (Vec::new(), Vec::new());
         for index in 0..self.parts {
             self.part(index, &mut outputs).map_err(|error| format!("{} {}: {error}", self.method.name(), self.setting))?;
-            all.append(&mut outputs);
+            answers.append(&mut outputs);
         }
-        Ok(all)
+        Ok(answers)
     }
 }
 
@@ -237,10 +237,11 @@ fn central_differences(case: &Case, step: f64) -> Result<Output, Box<dyn Error>>
     let Case { receiver, emitter } = case;
     let (x, distances) = (receiver.position(), emitter.polygon().vertices().iter().map(|v| v.distance(receiver.position())));
     let step = step * distances.fold(f64::INFINITY, f64::min);
-    let at = |x| -> Result<f64, radgrad_core::Error> {
+    let radiosity = |x| -> Result<f64, radgrad_core::Error> {
         radgrad_core::radiosity(&Receiver::new(x, receiver.normal(), receiver.reflectance())?, emitter)
     };
-    let along = |axis: DVec3| Ok::<f64, radgrad_core::Error>((at(x + axis * step)? - at(x - axis * step)?) / (2.0 * step));
+    let along =
+        |axis: DVec3| Ok::<f64, radgrad_core::Error>((radiosity(x + axis * step)? - radiosity(x - axis * step)?) / (2.0 * step));
     let gradient = DVec3::new(along(DVec3::X)?, along(DVec3::Y)?, along(DVec3::Z)?);
     Ok(Output::new((radgrad_core::radiosity(receiver, emitter)?, gradient), 7))
 }
@@ -288,11 +289,11 @@ mod tests {
     fn every_method_converges_to_the_truth_in_easy_and_in_clipped_cases() {
         for (regime, kind) in [Regime::Easy, Regime::Clipped].into_iter().flat_map(|r| Kind::ALL.map(|k| (r, k))) {
             let cases = &regime.cases(kind).unwrap()[..3];
-            let truths = Truths::of(cases).unwrap();
+            let truths = Truths::enclose(cases).unwrap();
             for method in Method::ALL {
                 let mut best = f64::INFINITY;
                 for mut run in method.runs(cases) {
-                    best = best.min(truths.errors(&run.all().unwrap()).worst());
+                    best = best.min(truths.errors(&run.outputs().unwrap()).worst());
                 }
                 let expected = match method {
                     Method::MonteCarlo => 5e-2,

@@ -30,7 +30,7 @@ pub(crate) struct Point {
 impl Point {
     /// Measures a method at a setting.
     pub(crate) fn measured(mut run: Run<'_>, kind: Kind, truths: &Truths) -> Result<Self, Box<dyn Error>> {
-        let mut outputs = run.all()?;
+        let mut outputs = run.outputs()?;
         let (errors, count) = (truths.errors(&outputs), outputs.len() as f64);
         let evaluations = outputs.iter().map(|output| output.evaluations as f64).sum::<f64>() / count;
         let given_up = outputs.iter().filter(|output| !output.converged).count();
@@ -86,7 +86,7 @@ mod tests {
     fn what_is_faster_and_as_exact_as_the_closed_form_is_named() {
         let point = |method, error, nanoseconds| {
             let quantity = Quantity { median: error, worst: error };
-            let (errors, time) = (Errors { value: quantity, gradient: quantity }, Spread::of(vec![nanoseconds]));
+            let (errors, time) = (Errors { value: quantity, gradient: quantity }, Spread::quartiles(vec![nanoseconds]));
             Point { kind: Kind::Constant, method, setting: "s".to_owned(), errors, time, evaluations: 1.0, given_up: 0 }
         };
         let own = point(Method::ClosedForm, 1e-14, 100.0);

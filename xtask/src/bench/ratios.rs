@@ -56,9 +56,9 @@ fn measured() -> Result<Vec<Ratio>, Box<dyn Error>> {
     let value = |case: &Case| black_box(radiosity(&case.receiver, &case.emitter).unwrap_or(f64::NAN));
     let bare = |case: &Case| black_box(lambert::radiosity(case));
     let mut ratios = vec![
-        of("value_over_lambert", &constant, value, &constant, bare),
-        of("value_gradient_over_value", &constant, both, &constant, value),
-        of("linear_over_constant", &linear, both, &constant, both),
+        ratio("value_over_lambert", &constant, value, &constant, bare),
+        ratio("value_gradient_over_value", &constant, both, &constant, value),
+        ratio("linear_over_constant", &linear, both, &constant, both),
     ];
     for (names, cases, tolerance) in [
         (["faster_than_cubature_easy_1e6", "one_faster_than_cubature_easy_1e6"], &easy, 1e-6),
@@ -84,7 +84,7 @@ const PAIRS: usize = 501;
 const SAMPLE: Duration = Duration::from_micros(200);
 
 /// The time of `a` for a case over that of `b`.
-fn of(name: &'static str, cases_a: &[Case], a: impl Fn(&Case) -> f64, cases_b: &[Case], b: impl Fn(&Case) -> f64) -> Ratio {
+fn ratio(name: &'static str, cases_a: &[Case], a: impl Fn(&Case) -> f64, cases_b: &[Case], b: impl Fn(&Case) -> f64) -> Ratio {
     let sum =
         |cases: &[Case], work: &dyn Fn(&Case) -> f64| black_box(cases.iter().map(|case| work(black_box(case))).sum::<f64>());
     pair(name, || _ = sum(cases_a, &a), || _ = sum(cases_b, &b))
@@ -120,7 +120,7 @@ const BUDGET: usize = 1_000_000;
 /// are not shared by receivers, which see different integrands, so that a batch of it is one after the other.
 fn over_cubature(names: [&'static str; 2], cases: &[Case], tolerance: f64) -> Result<[Ratio; 2], Box<dyn Error>> {
     let [of_batch, of_one] = names;
-    let truths = Truths::of(cases)?;
+    let truths = Truths::enclose(cases)?;
     let emitter = &cases.first().ok_or("no cases")?.emitter;
     let cubature = |case: &Case| integrate(&case.receiver, &case.emitter, tolerance, BUDGET);
     let mut integrated = Vec::new();
@@ -131,14 +131,14 @@ fn over_cubature(names: [&'static str; 2], cases: &[Case], tolerance: f64) -> Re
         }
         integrated.push(Output::new((estimate.radiosity, estimate.gradient), estimate.evaluations));
     }
-    let columns = Columns::of(cases, BATCH, |number| number);
+    let columns = Columns::repeat(cases, BATCH, |number| number);
     let (receivers, engine, mut answers) = (columns.receivers()?, Engine::new(), Answers::new());
     engine.radiosity_and_gradient(&receivers, emitter, &mut answers)?;
     let gradient = |i: usize| DVec3::from(answers.gradient.each_ref().map(|array| array[i]));
-    let found: Vec<Output> = (0..cases.len()).map(|i| Output::new((answers.radiosity[i], gradient(i)), 1)).collect();
+    let batch: Vec<Output> = (0..cases.len()).map(|i| Output::new((answers.radiosity[i], gradient(i)), 1)).collect();
     let one = |case: &Case| radiosity_and_gradient(&case.receiver, &case.emitter).map(|answer| Output::new(answer, 1));
     let singly = cases.iter().map(one).collect::<Result<Vec<Output>, _>>()?;
-    for (outputs, method) in [(found, "the batch"), (singly, "one by one"), (integrated, "the cubature")] {
+    for (outputs, method) in [(batch, "the batch"), (singly, "one by one"), (integrated, "the cubature")] {
         let worst = truths.errors(&outputs).worst();
         if worst > tolerance {
             return Err(format!("{of_batch}: {method} is off by {worst:e}").into());

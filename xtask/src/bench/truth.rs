@@ -20,7 +20,7 @@ impl Truths {
     ///
     /// # Errors
     /// If the oracle has no enclosure, or core's digits are not within it.
-    pub(crate) fn of(cases: &[Case]) -> Result<Self, Box<dyn Error>> {
+    pub(crate) fn enclose(cases: &[Case]) -> Result<Self, Box<dyn Error>> {
         cases.iter().map(enclosed).collect::<Result<_, _>>().map(Self)
     }
 
@@ -28,7 +28,7 @@ impl Truths {
     pub(crate) fn errors(&self, outputs: &[Output]) -> Errors {
         let errors = self.0.iter().zip(outputs).map(|(truth, output)| relative_errors(truth, output));
         let (value, gradient): (Vec<f64>, Vec<f64>) = errors.map(|[value, gradient]| (value, gradient)).unzip();
-        Errors { value: Quantity::of(value), gradient: Quantity::of(gradient) }
+        Errors { value: Quantity::from_errors(value), gradient: Quantity::from_errors(gradient) }
     }
 }
 
@@ -57,7 +57,7 @@ pub(crate) struct Quantity {
 
 impl Quantity {
     /// NaN is infinitely wrong.
-    fn of(mut errors: Vec<f64>) -> Self {
+    fn from_errors(mut errors: Vec<f64>) -> Self {
         errors.iter_mut().filter(|error| error.is_nan()).for_each(|error| *error = f64::INFINITY);
         errors.sort_by(f64::total_cmp);
         Self { median: errors[errors.len() / 2], worst: errors[errors.len() - 1] }
@@ -74,17 +74,17 @@ fn relative_errors(truth: &Truth, output: &Output) -> [f64; 2] {
 }
 
 fn enclosed(case: &Case) -> Result<Truth, Box<dyn Error>> {
-    let truth = Truth::of(&case.receiver, &case.emitter)?;
+    let truth = Truth::unoccluded(&case.receiver, &case.emitter)?;
     let digits = evaluate_digits(&case.receiver, &case.emitter, &[], DIGITS)?;
     let agrees = |enclosure: &Interval, decimal: &str, error: &str| -> Result<bool, Box<dyn Error>> {
         Ok(enclosure.overlaps(&Interval::around_decimal(decimal, error.parse()?)?))
     };
-    let mut all = agrees(&truth.radiosity, &digits.radiosity, &digits.radiosity_error)?;
+    let mut all_agree = agrees(&truth.radiosity, &digits.radiosity, &digits.radiosity_error)?;
     for (enclosure, decimal) in truth.gradient.iter().zip(&digits.gradient) {
-        all &= agrees(enclosure, decimal, &digits.gradient_error)?;
+        all_agree &= agrees(enclosure, decimal, &digits.gradient_error)?;
     }
     let place = case.receiver.position();
-    if all { Ok(truth) } else { Err(format!("core's {DIGITS} digits are not in the oracle's enclosure at {place}").into()) }
+    if all_agree { Ok(truth) } else { Err(format!("core's {DIGITS} digits are not in the oracle's enclosure at {place}").into()) }
 }
 
 #[cfg(test)]
@@ -96,7 +96,7 @@ mod tests {
     #[test]
     fn an_error_is_seen_in_the_quantity_and_the_size_it_has() {
         let cases = &Regime::Easy.cases(Kind::Linear).unwrap()[..3];
-        let truths = Truths::of(cases).unwrap();
+        let truths = Truths::enclose(cases).unwrap();
         let outputs: Vec<Output> =
             cases.iter().map(|case| Output::new(radiosity_and_gradient(&case.receiver, &case.emitter).unwrap(), 1)).collect();
         assert!(truths.errors(&outputs).worst() < 1e-14);

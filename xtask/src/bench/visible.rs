@@ -36,7 +36,7 @@ impl<D: Scalar> Corners<D> {
 }
 
 /// The whole triangle as seen from `x`.
-pub(crate) fn seen<D: Scalar>(triangle: &[DVec3], x: Vector3<D>) -> [Vector3<D>; 3] {
+pub(crate) fn relative_to<D: Scalar>(triangle: &[DVec3], x: Vector3<D>) -> [Vector3<D>; 3] {
     [0, 1, 2].map(|i| constant(triangle[i]) - x)
 }
 
@@ -72,15 +72,15 @@ mod tests {
     #[test]
     fn the_horizon_leaves_a_quadrilateral_a_triangle_or_nothing() {
         let triangle = [[0.0, 0.0, -1.0], [1.0, 0.0, 1.0], [0.0, 1.0, 1.0]].map(DVec3::from);
-        let seen = seen(&triangle, Vector3::zeros());
-        let part = above::<f64>(seen, DVec3::Z);
+        let relative = relative_to(&triangle, Vector3::zeros());
+        let part = above::<f64>(relative, DVec3::Z);
         let cut: Vec<bool> = part.edges().map(|(_, _, on_horizon)| on_horizon).collect();
         assert_eq!((part.as_slice().len(), cut), (4, vec![false, false, false, true]));
         for (from, to, on_horizon) in part.edges() {
             assert_eq!(from.z == 0.0 && to.z == 0.0, on_horizon);
         }
-        assert_eq!(above(seen, -DVec3::Z).as_slice().len(), 3);
-        assert_eq!(above(seen, DVec3::new(-1.0, -1.0, -2.0)).as_slice().len(), 3);
+        assert_eq!(above(relative, -DVec3::Z).as_slice().len(), 3);
+        assert_eq!(above(relative, DVec3::new(-1.0, -1.0, -2.0)).as_slice().len(), 3);
         let beneath = triangle.map(|corner| Vector3::new(corner.x, corner.y, -2.0));
         assert_eq!(above(beneath, DVec3::Z).as_slice().len(), 0);
     }

@@ -21,7 +21,7 @@ const LITTLE: f64 = 0.05;
 
 /// Climbs from the recorded witnesses, prints and writes what it found. Whether no bound was broken.
 pub(super) fn run(arguments: &Arguments, out: &Path) -> Result<bool, Box<dyn Error>> {
-    let mut search = Search::from_witnesses(&witness::all(&in_workspace("data/worst"))?);
+    let mut search = Search::from_witnesses(&witness::read_all(&in_workspace("data/worst"))?);
     let rounds = ROUNDS[usize::from(arguments.quick || arguments.cases.is_some())];
     let bar = ProgressBar::new(rounds);
     bar.set_style(verify::style());
@@ -68,8 +68,8 @@ fn reasons() -> Result<Reasons, Box<dyn Error>> {
 /// That of the longest beginning.
 fn reason<'a>(reasons: &'a Reasons, place: &Place) -> Option<&'a str> {
     let name = place.to_string();
-    let of = reasons.iter().filter(|(beginning, _)| name.starts_with(beginning.as_str()));
-    of.max_by_key(|(beginning, _)| beginning.len()).map(|(_, reason)| reason.as_str())
+    let matching = reasons.iter().filter(|(beginning, _)| name.starts_with(beginning.as_str()));
+    matching.max_by_key(|(beginning, _)| beginning.len()).map(|(_, reason)| reason.as_str())
 }
 
 fn printed(search: &Search) -> String {

@@ -9,7 +9,7 @@ use radgrad_audit::run::Run;
 use crate::summary::{fitted, right_aligned, with_header};
 
 /// What was checked against what, then tightness, then who answered.
-pub(crate) fn of(table: &Table, run: &Run) -> String {
+pub(crate) fn print(table: &Table, run: &Run) -> String {
     format!("{}\n{}\n{}", checked(table, run), fitted(tightness(table)), fitted(rungs(table)))
 }
 
@@ -76,16 +76,16 @@ fn tightness(table: &Table) -> Printed {
             figure(gradient),
             inverse(value),
             inverse(gradient),
-            kept(table, Mark::MissesDefault, Mark::Nonzero),
-            kept(table, Mark::MissesTight, Mark::Nonzero),
-            kept(table, Mark::Blunt, Mark::Answer),
+            unmarked_share(table, Mark::MissesDefault, Mark::Nonzero),
+            unmarked_share(table, Mark::MissesTight, Mark::Nonzero),
+            unmarked_share(table, Mark::Blunt, Mark::Answer),
         ]);
     }
     right_aligned(printed)
 }
 
 /// The share of `all` that does not have a mark, in per cent cut (never rounded up to 100).
-fn kept(table: &FamilyTable, mark: Mark, all: Mark) -> String {
+fn unmarked_share(table: &FamilyTable, mark: Mark, all: Mark) -> String {
     let (marked, all) = (table.count(mark), table.count(all));
     if all == 0 {
         return String::new();

@@ -53,7 +53,7 @@ impl Field {
     }
 
     /// Value of a cell.
-    pub(crate) fn at(&self, column: u32, row: u32) -> f64 {
+    pub(crate) fn value(&self, column: u32, row: u32) -> f64 {
         self.values[row as usize * self.columns as usize + column as usize]
     }
 
@@ -68,8 +68,8 @@ impl Field {
     pub(crate) fn largest(&self) -> (f64, (f64, f64)) {
         let cells = (0..self.rows).flat_map(|row| (0..self.columns).map(move |column| (column, row)));
         let (column, row) =
-            cells.fold((0, 0), |best, cell| if self.at(cell.0, cell.1) > self.at(best.0, best.1) { cell } else { best });
-        (self.at(column, row), self.centre(column, row))
+            cells.fold((0, 0), |best, cell| if self.value(cell.0, cell.1) > self.value(best.0, best.1) { cell } else { best });
+        (self.value(column, row), self.centre(column, row))
     }
 
     /// The line on which the function is `level`, as segments.
@@ -82,7 +82,7 @@ impl Field {
     /// corners are above the level and two below, the mean of the four decides which of them are joined.
     fn segments_in(&self, column: u32, row: u32, level: f64) -> Vec<[(f64, f64); 2]> {
         let corners = [(column - 1, row - 1), (column, row - 1), (column, row), (column - 1, row)];
-        let values = corners.map(|(i, j)| self.at(i, j));
+        let values = corners.map(|(i, j)| self.value(i, j));
         let above = values.map(|value| value > level);
         let crossings: Vec<(f64, f64)> = (0..4)
             .map(|i| (i, (i + 1) % 4))

@@ -81,7 +81,7 @@ fn ground(picture: &mut Picture, view: View, radiosity: &Field) {
     }
     let (top, _) = radiosity.largest();
     for level in ticks(0.0, top, 8).values {
-        let stroke = Stroke::solid(Colours::Viridis.at(0.9 * level / top), 1.6);
+        let stroke = Stroke::solid(Colours::Viridis.colour(0.9 * level / top), 1.6);
         for segment in radiosity.level_line(level) {
             picture.line(&segment.map(|(x, y)| on_ground(x, y)), stroke);
         }

@@ -59,14 +59,14 @@ impl Panel<'_> {
         let cells = (0..field.rows).flat_map(|row| (0..field.columns).map(move |column| (column, row)));
         let cells = cells.map(|(column, row)| {
             let (x, y) = frame.place(field.centre(column, row));
-            ((x - size.0 / 2.0, y - size.1 / 2.0), self.colours.at(field.at(column, row) / top))
+            ((x - size.0 / 2.0, y - size.1 / 2.0), self.colours.colour(field.value(column, row) / top))
         });
         picture.cells(size, cells);
     }
 
     /// Level lines are light on dark colours and dark on light ones.
     fn line_colour(&self, t: f64) -> (u8, u8, u8) {
-        let (red, green, blue) = self.colours.at(t);
+        let (red, green, blue) = self.colours.colour(t);
         let toward = |c: u8, goal: u16| u8::try_from((u16::from(c) * 5 + goal * 4) / 9).unwrap_or(u8::MAX);
         let brightness = 2 * u16::from(red) + 5 * u16::from(green) + u16::from(blue);
         let goal = if brightness > 8 * 110 { 0 } else { 255 };
@@ -78,7 +78,7 @@ impl Panel<'_> {
         let height = |value: f64| bottom - frame.side * value / top;
         let strips = (0..SIDE).map(|i| {
             let t = (f64::from(i) + 0.5) / f64::from(SIDE);
-            ((left, bottom - f64::from(i) - 1.0), self.colours.at(t))
+            ((left, bottom - f64::from(i) - 1.0), self.colours.colour(t))
         });
         picture.cells((BAR_WIDTH, 1.0), strips);
         rectangle(picture, (left, frame.top), (BAR_WIDTH, frame.side));

@@ -42,7 +42,7 @@ impl Limits {
     pub(super) fn no_looser_than(mut self, before: &Self) -> Self {
         if self.compiler == before.compiler {
             for (kernel, limit) in &mut self.limits {
-                *limit = before.of(kernel).map_or(*limit, |before| before.min(*limit));
+                *limit = before.limit(kernel).map_or(*limit, |before| before.min(*limit));
             }
         }
         self
@@ -63,7 +63,7 @@ impl Limits {
     }
 
     /// The limit of a kernel.
-    pub(super) fn of(&self, kernel: &str) -> Option<u32> {
+    pub(super) fn limit(&self, kernel: &str) -> Option<u32> {
         self.limits.get(kernel).copied()
     }
 
@@ -71,7 +71,7 @@ impl Limits {
     pub(super) fn violations(&self, counts: &[Count], unknown: &[String]) -> Vec<String> {
         let mut violations: Vec<String> = counts
             .iter()
-            .filter_map(|Count { kernel, instructions }| match self.of(kernel) {
+            .filter_map(|Count { kernel, instructions }| match self.limit(kernel) {
                 None => Some(format!("{kernel} has no limit in data/instructions.toml")),
                 Some(limit) if *instructions <= f64::from(limit) => None,
                 Some(limit) => Some(format!("{kernel} takes {instructions:.0} instructions, the limit is {limit}")),
@@ -94,17 +94,17 @@ mod tests {
     #[test]
     fn limits_leave_three_hundredths_and_survive_their_file() {
         let limits = Limits::above(&[count("constant", 1000.0), count("batch-f64-avx2", 254.5)], "1.95.0");
-        assert_eq!((limits.of("constant"), limits.of("batch-f64-avx2")), (Some(1030), Some(263)));
+        assert_eq!((limits.limit("constant"), limits.limit("batch-f64-avx2")), (Some(1030), Some(263)));
         assert_eq!(Limits::from_toml(&limits.to_toml()).unwrap(), limits);
     }
 
     #[test]
     fn to_record_tightens_limits_and_loosens_none_but_of_another_compiler() {
         let before = Limits::above(&[count("a", 100.0), count("b", 100.0)], "1.95.0");
-        let found = [count("a", 90.0), count("b", 101.0), count("new", 10.0)];
-        let recorded = |compiler: &str| Limits::above(&found, compiler).no_looser_than(&before);
-        assert_eq!(["a", "b", "new"].map(|kernel| recorded("1.95.0").of(kernel)), [Some(93), Some(103), Some(11)]);
-        assert_eq!(recorded("1.96.0").of("b"), Some(105));
+        let counts = [count("a", 90.0), count("b", 101.0), count("new", 10.0)];
+        let recorded = |compiler: &str| Limits::above(&counts, compiler).no_looser_than(&before);
+        assert_eq!(["a", "b", "new"].map(|kernel| recorded("1.95.0").limit(kernel)), [Some(93), Some(103), Some(11)]);
+        assert_eq!(recorded("1.96.0").limit("b"), Some(105));
     }
 
     #[test]
@@ -123,6 +123,6 @@ mod tests {
 
     #[test]
     fn the_committed_limits_are_read() {
-        assert!(Limits::from_toml(include_str!("../../../data/instructions.toml")).unwrap().of("constant").is_some());
+        assert!(Limits::from_toml(include_str!("../../../data/instructions.toml")).unwrap().limit("constant").is_some());
     }
 }

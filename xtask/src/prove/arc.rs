@@ -147,8 +147,8 @@ fn inverse_moment(stated: &Stated) -> Vec<Case> {
     let tape = Tape::default();
     let (length, [x, ..], _) = forms::line(tape.inputs(R), tape.inputs(S));
     let [_, inverse] = x.operands();
-    let known = [(&[length][..], Known::Relative(units::MOMENT * U))];
-    let mut script = of_sizes(&tape, inverse, stated.units_and(0.0), &known);
+    let given = [(&[length][..], Known::Relative(units::MOMENT * U))];
+    let mut script = of_sizes(&tape, inverse, stated.units_and(0.0), &given);
     script.range(length, [1.0; 2]);
     one(&script)
 }
@@ -165,8 +165,8 @@ fn nearness(stated: &Stated) -> Vec<Case> {
     let e = tape.inputs(R);
     let (_, _, nearness) = forms::line(e, tape.inputs(S));
     let [length, inverse] = nearness.operands();
-    let known = [(&e[..], Known::Relative(U)), (&[inverse], Known::Relative(units::INVERSE_MOMENT * U))];
-    let mut script = of_sizes(&tape, nearness, stated.units_and(0.0), &known);
+    let given = [(&e[..], Known::Relative(U)), (&[inverse], Known::Relative(units::INVERSE_MOMENT * U))];
+    let mut script = of_sizes(&tape, nearness, stated.units_and(0.0), &given);
     script.range(length.operand(), [1.0; 2]);
     one(&script)
 }
@@ -185,8 +185,8 @@ fn inline(stated: &Stated) -> Vec<Case> {
     let tape = Tape::default();
     let vectors @ [r, s, ..] = [R, S, R, S].map(|vector| tape.inputs(vector));
     let [inline, _] = forms::inline_and_across(vectors, tape.input(1.0));
-    let known = [(&r[..], Known::Relative(U)), (&s[..], Known::Relative(U))];
-    one(&of_sizes(&tape, inline, stated.units_and(0.0), &known))
+    let given = [(&r[..], Known::Relative(U)), (&s[..], Known::Relative(U))];
+    one(&of_sizes(&tape, inline, stated.units_and(0.0), &given))
 }
 
 fn across(stated: &Stated) -> Vec<Case> {
@@ -231,8 +231,8 @@ fn cosine(stated: &Stated) -> Vec<Case> {
     let tape = Tape::default();
     let [_, c] = forms::sighted(tape.inputs(R), tape.inputs(S));
     let [product, inverse] = c.operands();
-    let known = [(&[product][..], Known::Exact), (&[inverse], Known::Relative(units::INVERSE_DISTANCE * U))];
-    one(&of_sizes(&tape, c, stated.units_and(0.0), &known))
+    let given = [(&[product][..], Known::Exact), (&[inverse], Known::Relative(units::INVERSE_DISTANCE * U))];
+    one(&of_sizes(&tape, c, stated.units_and(0.0), &given))
 }
 
 /// The weight of an arc up to a quarter turn, taken apart: `chi (q + q')(c + c') + psi (q' - q)(c' - c)`.
@@ -307,11 +307,11 @@ fn sum_of_cosines(stated: &Stated) -> Vec<Case> {
 
 /// The error is at most linear in both sizes, as the bound is: their ends suffice.
 fn sizes_of_cosines(stated: &Stated) -> Vec<Case> {
-    let at = |displaced: Displaced, sizes: [f64; 2]| {
+    let case_of_sizes = |displaced: Displaced, sizes: [f64; 2]| {
         let sized = Stated { number: units::COSINES[0] + stated.number * (sizes[0] + sizes[1]), ..*stated };
         cosines_at(displaced, sizes, sized.units_and(4.0 * displaced.eta))
     };
-    Displaced::of_points().flat_map(|displaced| [[0.0, 1.0], [1.0, 1.0]].map(|sizes| at(displaced, sizes))).collect()
+    Displaced::of_points().flat_map(|displaced| [[0.0, 1.0], [1.0, 1.0]].map(|sizes| case_of_sizes(displaced, sizes))).collect()
 }
 
 fn cosines_at(displaced: Displaced, sizes: [f64; 2], most: f64) -> Case {
@@ -350,8 +350,8 @@ fn psi_term(stated: &Stated) -> Vec<Case> {
     let case = |displaced: Displaced| {
         let of_q = Known::Relative(units::INVERSE_DISTANCE * U + displaced.eta);
         // `psi |c' - c|` is at most `g^2/12`.
-        let most = 12.0 * stated.units_and(units::LARGEST_PSI * displaced.eta);
-        displaced.case("", &psi(&Tape::default(), of_q, most))
+        let bound = 12.0 * stated.units_and(units::LARGEST_PSI * displaced.eta);
+        displaced.case("", &psi(&Tape::default(), of_q, bound))
     };
     Displaced::of_points().map(case).collect()
 }
@@ -370,6 +370,6 @@ fn weight_and_normal(stated: &Stated) -> Vec<Case> {
     let Weight { weight, terms, .. } = Weight::on(&tape);
     let (_, [x, ..], _) = forms::line(tape.inputs(R), tape.inputs(S));
     let [_, inverse] = x.operands();
-    let known = [(&terms[..], Known::Exact), (&[inverse], Known::Relative(units::INVERSE_MOMENT * U))];
-    one(&of_sizes(&tape, x * weight, stated.units_and(0.0), &known))
+    let given = [(&terms[..], Known::Exact), (&[inverse], Known::Relative(units::INVERSE_MOMENT * U))];
+    one(&of_sizes(&tape, x * weight, stated.units_and(0.0), &given))
 }

@@ -66,7 +66,7 @@ fn arc_tangent_on(stated: &Stated, (steep, left): (bool, bool), (c, ratios): (f6
     let [y, x] = tape.inputs(if steep { [high, low] } else { [low, high] });
     let x = if left { -x } else { x };
     let angle = forms::arc_tangent(y, x);
-    let run = tape.at(x.place + 1);
+    let run = tape.recorded(x.place + 1);
     let [small, large] = if steep { [run, y] } else { [y, run] };
     let [from, s_and_rest] = angle.operands();
     let [s, _] = s_and_rest.operands();
@@ -82,8 +82,8 @@ fn arc_tangent_on(stated: &Stated, (steep, left): (bool, bool), (c, ratios): (f6
     let es = script.exact(quotient);
     script.assume(format!("|{es}| in [{},1]", exactly(SMALL)));
     let is_table_exact = tape.step(from.place) == Step::Constant(0.0);
-    let rest = [(es.as_str(), ARC_TANGENT_TRUNCATION[0]), ("1", ARC_TANGENT_TRUNCATION[1])];
-    script.known_to(if is_table_exact { &rest[..1] } else { &rest });
+    let remainders = [(es.as_str(), ARC_TANGENT_TRUNCATION[0]), ("1", ARC_TANGENT_TRUNCATION[1])];
+    script.known_to(if is_table_exact { &remainders[..1] } else { &remainders });
     script.error_with_rest(angle, stated.number * U);
 
     let [[cn, en], [cd, ed]] = quotient.operands().map(|part| [computed(part), script.exact(part)]);
@@ -125,7 +125,7 @@ fn logarithm(stated: &Stated) -> Vec<Case> {
             let tape = Tape::default();
             let x = tape.input(example);
             let logarithm = forms::logarithm(x);
-            let [exponent, mantissa] = [tape.at(x.place + 1), tape.at(x.place + 2)];
+            let [exponent, mantissa] = [tape.recorded(x.place + 1), tape.recorded(x.place + 2)];
             let [high, low] = logarithm.operands();
             let [[k, _], [f, t]] = [high.operands(), low.operands()];
             let [product, _] = t.operands();
@@ -139,13 +139,13 @@ fn logarithm(stated: &Stated) -> Vec<Case> {
             script.range(mantissa, mantissas);
             let [ef, ek] = [f, k].map(|number| script.exact(number));
             // |ln m| is at most 1.19 |f|.
-            let rest = [(ef.as_str(), 1.19 * LOGARITHM_TRUNCATION[0]), (&ek, LOGARITHM_TRUNCATION[1])];
+            let remainders = [(ef.as_str(), 1.19 * LOGARITHM_TRUNCATION[0]), (&ek, LOGARITHM_TRUNCATION[1])];
             if name.starts_with('0') {
-                script.known_to(&rest[..1]);
+                script.known_to(&remainders[..1]);
                 hint_near_one(&mut script, [logarithm, low, f, product]);
             } else {
                 script.range(exponent, exponents);
-                script.known_to(&rest);
+                script.known_to(&remainders);
             }
             script.error_with_rest(logarithm, stated.number * U);
             Case { name: name.to_owned(), script: script.write() }

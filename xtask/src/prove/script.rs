@@ -273,21 +273,21 @@ impl<'t> Script<'t> {
 
     /// A step on numbers of a kind, without its rounding.
     fn plain(&self, step: Step, kind: char) -> String {
-        let of = |place| self.name(place, kind);
+        let name = |place| self.name(place, kind);
         match step {
             Step::Constant(value) => exactly(self.sized(value)),
-            Step::Neg(a) if self.sizes => of(a),
-            Step::Neg(a) => format!("-{}", of(a)),
-            Step::Abs(a) if self.sizes => of(a),
-            Step::Abs(a) => format!("|{}|", of(a)),
-            Step::Sqrt(a) => format!("sqrt({})", of(a)),
+            Step::Neg(a) if self.sizes => name(a),
+            Step::Neg(a) => format!("-{}", name(a)),
+            Step::Abs(a) if self.sizes => name(a),
+            Step::Abs(a) => format!("|{}|", name(a)),
+            Step::Sqrt(a) => format!("sqrt({})", name(a)),
             Step::Mul(a, b) if self.is_zero(a) || self.is_zero(b) => "0".to_owned(),
-            Step::Add(a, b) | Step::Sub(a, b) if self.is_zero(b) => of(a),
-            Step::Add(a, b) if self.is_zero(a) => of(b),
-            Step::Add(a, b) => format!("{} + {}", of(a), of(b)),
-            Step::Sub(a, b) => format!("{} {} {}", of(a), if self.sizes { '+' } else { '-' }, of(b)),
-            Step::Mul(a, b) => format!("{} * {}", of(a), of(b)),
-            Step::Div(a, b) => format!("{} / {}", of(a), of(b)),
+            Step::Add(a, b) | Step::Sub(a, b) if self.is_zero(b) => name(a),
+            Step::Add(a, b) if self.is_zero(a) => name(b),
+            Step::Add(a, b) => format!("{} + {}", name(a), name(b)),
+            Step::Sub(a, b) => format!("{} {} {}", name(a), if self.sizes { '+' } else { '-' }, name(b)),
+            Step::Mul(a, b) => format!("{} * {}", name(a), name(b)),
+            Step::Div(a, b) => format!("{} / {}", name(a), name(b)),
             Step::Input | Step::Function(..) | Step::Angle(..) => unreachable!("known by its error alone"),
         }
     }

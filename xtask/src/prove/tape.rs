@@ -63,7 +63,7 @@ impl Tape {
         self.steps.borrow()[place].0
     }
 
-    pub(crate) fn at(&self, place: usize) -> Recorded<'_> {
+    pub(crate) fn recorded(&self, place: usize) -> Recorded<'_> {
         Recorded { tape: self, place }
     }
 

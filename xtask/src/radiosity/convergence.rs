@@ -57,25 +57,26 @@ pub(super) fn measure(pair: Pair) -> Result<Vec<Point>, Box<dyn Error>> {
     let (degree, first_elements, most_elements) = if pair == Pair::Opposed { (4, 32, 1) } else { (2, 8, 150) };
     let fine = Options { error: 1e-5, degree: Some(degree), first_elements, most_elements, ..Options::default() };
     let reference = solve(&scene, &fine, |_| true)?;
-    let at = |i: u32| (f64::from(i) + 0.5) / f64::from(SIDE);
-    let places: Vec<DVec3> = (0..SIDE).flat_map(|i| (0..SIDE).map(move |j| DVec3::new(at(i), at(j), 0.0))).collect();
+    let centre = |i: u32| (f64::from(i) + 0.5) / f64::from(SIDE);
+    let places: Vec<DVec3> = (0..SIDE).flat_map(|i| (0..SIDE).map(move |j| DVec3::new(centre(i), centre(j), 0.0))).collect();
     let gather = |&place: &DVec3| Ok(reference.gather(place, DVec3::Z)?.radiosity[0]);
     let exact = places.iter().map(gather).collect::<Result<Vec<f64>, radgrad_solver::Error>>()?;
     let mean = exact.iter().sum::<f64>() / exact.len() as f64;
-    let off = |solution: &Solution| {
+    let rms_error = |solution: &Solution| {
         let squares = places.iter().zip(&exact).map(|(&place, exact)| (value(solution, place) - exact).powi(2));
         (squares.sum::<f64>() / exact.len() as f64).sqrt() / mean
     };
-    let most = MOST[usize::from(pair == Pair::Edge)];
+    let max_elements = MOST[usize::from(pair == Pair::Edge)];
     let mut points = Vec::new();
     for degree in 0..=MAX_DEGREE {
         let point = |uniform: bool, solution: &Solution| {
-            let (progress, error) = (solution.progress(), off(solution));
+            let (progress, error) = (solution.progress(), rms_error(solution));
             Point { degree, uniform, elements: progress.elements, error, estimate: progress.estimate }
         };
         // Beyond that the reference is no better.
-        let goes_on = |point: &Point| point.error > 1e-7 && point.elements * 4 <= 2 * most;
-        let options = Options { error: 1e-9, degree: Some(degree), first_elements: 1, most_elements: most, ..Options::default() };
+        let goes_on = |point: &Point| point.error > 1e-7 && point.elements * 4 <= 2 * max_elements;
+        let options =
+            Options { error: 1e-9, degree: Some(degree), first_elements: 1, most_elements: max_elements, ..Options::default() };
         for first_elements in (0..).map(|level| 2 << (2 * level)) {
             let alike = Options { first_elements, most_elements: 1, ..options };
             points.push(point(true, &solve(&scene, &alike, |_| false)?));
@@ -99,18 +100,18 @@ fn value(solution: &Solution, place: DVec3) -> f64 {
         debug_assert_eq!(mesh.elements()[element].shape(), Shape::Parallelogram);
         (-s).max(-t).max(s - 1.0).max(t - 1.0)
     };
-    let mut at = 0;
-    while let Some(first) = mesh.elements()[at].children() {
-        at = (first..first + 4).fold(first, |best, e| if outside(e) < outside(best) { e } else { best });
+    let mut element = 0;
+    while let Some(first) = mesh.elements()[element].children() {
+        element = (first..first + 4).fold(first, |best, e| if outside(e) < outside(best) { e } else { best });
     }
-    solution.value_on(at, 0, mesh.elements()[at].reference(place))
+    solution.value_on(element, 0, mesh.elements()[element].reference(place))
 }
 
 /// For each degree the order of convergence of the last two uniform divisions, in the size of elements.
 pub(super) fn orders(points: &[Point]) -> Vec<(usize, f64)> {
     let of_degree = |degree: usize| {
-        let of: Vec<&Point> = points.iter().filter(|p| p.uniform && p.degree == degree).collect();
-        let [.., a, b] = of[..] else { return None };
+        let uniform: Vec<&Point> = points.iter().filter(|p| p.uniform && p.degree == degree).collect();
+        let [.., a, b] = uniform[..] else { return None };
         Some((degree, (a.error / b.error).ln() / (0.5 * (b.elements as f64 / a.elements as f64).ln())))
     };
     (0..=MAX_DEGREE).filter_map(of_degree).collect()

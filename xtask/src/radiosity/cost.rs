@@ -191,10 +191,10 @@ fn house(side: usize) -> (Vec<Quad>, Vec<Quad>) {
             let door = |index: usize| 0.1 + 0.6 * scattered(index);
             // Walls at the low sides of the room, with a door unless they are the house's own.
             let mut add = |along: bool, inner: bool, index: usize| {
-                let at = |t: f64| if along { [x + t, y] } else { [x, y + t] };
+                let point = |t: f64| if along { [x + t, y] } else { [x, y + t] };
                 let parts = if inner { vec![[0.0, door(index)], [door(index) + 0.2, 1.0]] } else { vec![[0.0, 1.0]] };
                 for [from, to] in parts {
-                    let one = wall(at(from), at(to), height);
+                    let one = wall(point(from), point(to), height);
                     surfaces.extend([one, reversed(one)]);
                 }
             };
@@ -219,8 +219,8 @@ fn house(side: usize) -> (Vec<Quad>, Vec<Quad>) {
 /// two at least.
 pub(super) fn exponents(kind: Kind, points: &[Point]) -> Vec<(&'static str, f64)> {
     let over = |(scenes, least): (&'static str, usize)| {
-        let of = points.iter().filter(|p| p.kind == kind && p.elements >= least);
-        slope(&of.map(|p| [p.polygons, p.links].map(|n| (n as f64).ln())).collect::<Vec<_>>()).map(|slope| (scenes, slope))
+        let chosen = points.iter().filter(|p| p.kind == kind && p.elements >= least);
+        slope(&chosen.map(|p| [p.polygons, p.links].map(|n| (n as f64).ln())).collect::<Vec<_>>()).map(|slope| (scenes, slope))
     };
     [("all scenes", 0), ("scenes with clusters", CLUSTERED)].into_iter().filter_map(over).collect()
 }

@@ -56,9 +56,9 @@ impl Graph {
             picture.text((x(value), TOP + AXES.1 + 17.0), &name, label(Anchor::Middle));
         }
         for step in steps(upward) {
-            let at = y(10_f64.powf(step));
-            picture.line(&[(LEFT, at), (LEFT + AXES.0, at)], Stroke::solid(GRID, 0.8));
-            picture.text((LEFT - 7.0, at + 4.0), &power(step), label(Anchor::End));
+            let height = y(10_f64.powf(step));
+            picture.line(&[(LEFT, height), (LEFT + AXES.0, height)], Stroke::solid(GRID, 0.8));
+            picture.text((LEFT - 7.0, height + 4.0), &power(step), label(Anchor::End));
         }
         let (right, bottom) = (LEFT + AXES.0, TOP + AXES.1);
         picture.outline(&[(LEFT, TOP), (right, TOP), (right, bottom), (LEFT, bottom)], Stroke::solid(INK, 0.9));

@@ -119,8 +119,8 @@ fn places(reference: &Solution) -> Result<Vec<Place>, radgrad_solver::Error> {
         let mut k = 0.5;
         while k < count {
             let [a, b] = [0.754_877_666_246_692_7 * k, 0.569_840_290_998_053_2 * k].map(f64::fract);
-            let at = if element.shape() == Shape::Triangle && a + b > 1.0 { [1.0 - a, 1.0 - b] } else { [a, b] };
-            let (face, point) = (element.face(), element.point(at));
+            let place = if element.shape() == Shape::Triangle && a + b > 1.0 { [1.0 - a, 1.0 - b] } else { [a, b] };
+            let (face, point) = (element.face(), element.point(place));
             if let Some(leaf) = reference.mesh().leaf_at(face, point) {
                 let exact = reference.gather_on(leaf, point)?.radiosity;
                 places.push(Place { face, point, share: element.area() / count / total, exact });
@@ -172,11 +172,11 @@ impl std::fmt::Display for Counts {
 
 /// The counts for a degree, between measured ones on lines in logarithms; `None` where none are as good as that.
 pub(super) fn counts(points: &[Point], degree: usize) -> Option<Counts> {
-    let of = |division: Division| points.iter().filter(move |p| p.degree == degree && p.division == division);
-    let finest = of(Division::Uniform).next_back()?;
+    let meshes_of = |division: Division| points.iter().filter(move |p| p.degree == degree && p.division == division);
+    let finest = meshes_of(Division::Uniform).next_back()?;
     let error = finest.error();
     let elements = |division: Division| {
-        let meshes: Vec<(f64, f64)> = of(division).map(|point| (point.elements as f64, point.error())).collect();
+        let meshes: Vec<(f64, f64)> = meshes_of(division).map(|point| (point.elements as f64, point.error())).collect();
         let pair = meshes.windows(2).find(|pair| pair[0].1 >= error && pair[1].1 <= error)?;
         let share = (pair[0].1 / error).ln() / (pair[0].1 / pair[1].1).ln();
         Some(pair[0].0 * (pair[1].0 / pair[0].0).powf(share))

@@ -47,12 +47,12 @@ fn polygon(corners: Quad) -> Result<Polygon, radgrad_core::Error> {
 /// Places of the floor and the radiosity there.
 fn exact(lamp: Polygon, screen: &Polygon) -> Result<Vec<(DVec3, f64)>, radgrad_core::Error> {
     let lamp = Emitter::new(lamp, Emission::Constant(1.0))?;
-    let of = |k: u32| {
+    let exact_at = |k: u32| {
         let [a, b] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2].map(|step: f64| (step * (f64::from(k) + 0.5)).fract());
         let place = DVec3::new(8.0 * a - 4.0, 8.0 * b - 4.0, 0.0);
         Ok((place, evaluate(&Receiver::new(place, DVec3::Z, 0.5)?, &lamp, [screen])?.radiosity))
     };
-    (0..PLACES).map(of).collect()
+    (0..PLACES).map(exact_at).collect()
 }
 
 pub(super) fn measure() -> Result<Vec<Point>, Box<dyn Error>> {
@@ -75,14 +75,14 @@ pub(super) fn measure() -> Result<Vec<Point>, Box<dyn Error>> {
                     ..Options::default()
                 };
                 let solution = solve(&scene, &options, |_| false)?;
-                points.push(Point { degree, cut, elements: solution.progress().elements, error: off(&solution, &exact) });
+                points.push(Point { degree, cut, elements: solution.progress().elements, error: rms_error(&solution, &exact) });
             }
         }
     }
     Ok(points)
 }
 
-fn off(solution: &Solution, exact: &[(DVec3, f64)]) -> f64 {
+fn rms_error(solution: &Solution, exact: &[(DVec3, f64)]) -> f64 {
     let mesh = solution.mesh();
     let square = |&(place, value): &(DVec3, f64)| {
         let leaf = mesh.leaf_at(0, place)?;
@@ -96,8 +96,8 @@ fn off(solution: &Solution, exact: &[(DVec3, f64)]) -> f64 {
 /// the last division.
 pub(super) fn orders(points: &[Point]) -> Vec<(usize, [f64; 2])> {
     let order = |degree: usize, cut: bool| {
-        let of: Vec<&Point> = points.iter().filter(|p| p.cut == cut && p.degree == degree).collect();
-        let [.., a, b] = of[..] else { return None };
+        let chosen: Vec<&Point> = points.iter().filter(|p| p.cut == cut && p.degree == degree).collect();
+        let [.., a, b] = chosen[..] else { return None };
         Some((a.error / b.error).ln() / (0.5 * (b.elements as f64 / a.elements as f64).ln()))
     };
     (0..DEGREES).filter_map(|degree| Some((degree, [order(degree, false)?, order(degree, true)?]))).collect()

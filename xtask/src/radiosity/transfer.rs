@@ -51,10 +51,10 @@ pub(super) fn measure() -> Result<Vec<Point>, Box<dyn Error>> {
             for (s, v) in &line {
                 for (t, w) in &line {
                     let exact = solution.gather_on(0, DVec3::new(*s, *t, 0.0))?.radiosity[0];
-                    let off = (solution.value_on(0, 0, [*s, *t]) - exact).abs();
+                    let error = (solution.value_on(0, 0, [*s, *t]) - exact).abs();
                     whole += v * w * exact;
-                    first += v * w * off;
-                    second += v * w * off * off;
+                    first += v * w * error;
+                    second += v * w * error * error;
                 }
             }
             points.push(Point { case, degree, mean: first / whole, root_mean_square: second.sqrt() / whole });

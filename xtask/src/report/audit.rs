@@ -188,30 +188,30 @@ impl Audit {
     /// Reads the folder that `cargo xtask verify` wrote.
     pub(super) fn read(folder: &Path) -> Result<Self, Box<dyn Error>> {
         let mut files = Vec::new();
-        let mut of = |name: &str| {
+        let mut register = |name: &str| {
             files.push(folder.join(name));
             folder.join(name)
         };
-        let mut violations: Vec<Violated> = rows(&of("verify-violations.csv"))?;
-        violations.extend(rows::<Violated>(&of("bounds-violations.csv"))?);
+        let mut violations: Vec<Violated> = rows(&register("verify-violations.csv"))?;
+        violations.extend(rows::<Violated>(&register("bounds-violations.csv"))?);
         let scenes = if folder.join("scenes-run.csv").exists() {
-            violations.extend(rows::<Violated>(&of("scenes-violations.csv"))?);
-            Some(Scenes { run: fields(&of("scenes-run.csv"))?, rows: rows(&of("scenes.csv"))? })
+            violations.extend(rows::<Violated>(&register("scenes-violations.csv"))?);
+            Some(Scenes { run: fields(&register("scenes-run.csv"))?, rows: rows(&register("scenes.csv"))? })
         } else {
             None
         };
         Ok(Self {
-            run: fields(&of("verify-run.csv"))?,
-            bounds_run: fields(&of("bounds-run.csv"))?,
+            run: fields(&register("verify-run.csv"))?,
+            bounds_run: fields(&register("bounds-run.csv"))?,
             violations,
-            figures: rows(&of("figures.csv"))?,
-            histogram: rows(&of("histogram.csv"))?,
-            outcomes: rows(&of("outcomes.csv"))?,
-            bounds: rows(&of("bounds.csv"))?,
-            bounds_figures: rows(&of("bounds-figures.csv"))?,
-            mutants: rows(&of("mutants.csv"))?,
-            comparison: rows(&of("comparison.csv"))?,
-            stability: rows(&of("stability.csv"))?,
+            figures: rows(&register("figures.csv"))?,
+            histogram: rows(&register("histogram.csv"))?,
+            outcomes: rows(&register("outcomes.csv"))?,
+            bounds: rows(&register("bounds.csv"))?,
+            bounds_figures: rows(&register("bounds-figures.csv"))?,
+            mutants: rows(&register("mutants.csv"))?,
+            comparison: rows(&register("comparison.csv"))?,
+            stability: rows(&register("stability.csv"))?,
             scenes,
             files,
         })

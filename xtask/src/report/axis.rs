@@ -21,10 +21,10 @@ impl Axis {
 
     /// The place of a number, that of the nearer end beyond the ends.
     pub(super) fn place(self, value: f64) -> f64 {
-        self.at(self.exponent(value))
+        self.place_of_exponent(self.exponent(value))
     }
 
-    fn at(self, exponent: f64) -> f64 {
+    fn place_of_exponent(self, exponent: f64) -> f64 {
         let ([low, high], [start, end]) = (self.exponents, self.places);
         start + (end - start) * ((exponent - low) / (high - low)).clamp(0.0, 1.0)
     }
@@ -36,7 +36,7 @@ impl Axis {
         let step = steps.into_iter().find(|step| (high - low) / step <= about).unwrap_or(high - low);
         let first = (low / step - 1e-9).ceil();
         let exponents = std::iter::successors(Some(first), |i| Some(i + 1.0)).map(|i| i * step);
-        exponents.take_while(|e| *e <= high + 1e-9).map(|e| (self.at(e), power(self.base, e))).collect()
+        exponents.take_while(|e| *e <= high + 1e-9).map(|e| (self.place_of_exponent(e), power(self.base, e))).collect()
     }
 
     /// Ticks, labels and grid lines below a plot from `top` to `bottom`.

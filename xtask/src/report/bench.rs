@@ -35,11 +35,11 @@ pub(super) fn read(folder: &Path) -> Result<(Vec<Diagram>, Vec<PathBuf>), Box<dy
     let regime =
         |path: &PathBuf| Regime::ALL.iter().position(|regime| path.file_stem().is_some_and(|name| name == regime.name()));
     files.sort_by_key(|path| (regime(path).unwrap_or(Regime::ALL.len()), path.clone()));
-    let of = |extension: &str| -> Vec<PathBuf> {
+    let with_extension = |extension: &str| -> Vec<PathBuf> {
         files.iter().filter(|path| path.extension().is_some_and(|e| e == extension)).cloned().collect()
     };
-    let diagrams = of("svg").iter().map(|path| diagram(path)).collect::<Result<_, _>>()?;
-    Ok((diagrams, [of("svg"), of("csv")].concat()))
+    let diagrams = with_extension("svg").iter().map(|path| diagram(path)).collect::<Result<_, _>>()?;
+    Ok((diagrams, [with_extension("svg"), with_extension("csv")].concat()))
 }
 
 fn diagram(path: &Path) -> Result<Diagram, Box<dyn Error>> {

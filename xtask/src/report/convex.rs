@@ -11,18 +11,18 @@ pub(super) fn left_of(polygon: &[Point], a: Point, b: Point) -> Vec<Point> {
 /// The part of a closed line of points where a linear function is not negative; `between` gives the point at a fraction of the
 /// way from one to the next.
 pub(super) fn clipped<P: Copy>(points: &[P], inside: impl Fn(&P) -> f64, between: impl Fn(P, P, f64) -> P) -> Vec<P> {
-    let mut kept = Vec::with_capacity(points.len() + 1);
+    let mut clipped = Vec::with_capacity(points.len() + 1);
     for (index, &point) in points.iter().enumerate() {
         let next = points[(index + 1) % points.len()];
         let [here, there] = [inside(&point), inside(&next)];
         if here >= 0.0 {
-            kept.push(point);
+            clipped.push(point);
         }
         if (here > 0.0 && there < 0.0) || (here < 0.0 && there > 0.0) {
-            kept.push(between(point, next, here / (here - there)));
+            clipped.push(between(point, next, here / (here - there)));
         }
     }
-    kept
+    clipped
 }
 
 /// The convex hull, counter-clockwise (A. M. Andrew 1979).

@@ -71,8 +71,8 @@ pub(super) fn picture(trials: &[Trial]) -> Plate {
     const SIZE: (f64, f64) = (560.0, 330.0);
     let (left, right, top, bottom) = (58.0, 548.0, 34.0, 276.0);
     let shown = || trials.iter().filter(|trial| trial.place == KNOWN[0].0);
-    let most = shown().map(|trial| trial.elements as f64).fold(10.0, f64::max);
-    let across = Axis { base: 10.0, exponents: [0.0, libm::log10(most).ceil()], places: [left, right] };
+    let largest_count = shown().map(|trial| trial.elements as f64).fold(10.0, f64::max);
+    let across = Axis { base: 10.0, exponents: [0.0, libm::log10(largest_count).ceil()], places: [left, right] };
     let lowest = shown().map(|trial| trial.error.max(1e-17)).fold(1.0, f64::min);
     let highest = shown().map(|trial| trial.estimate).fold(lowest, f64::max);
     let exponents = [libm::log10(lowest).floor(), libm::log10(highest).ceil()];

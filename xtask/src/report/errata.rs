@@ -58,9 +58,9 @@ mod tests {
     #[test]
     fn every_misprint_of_the_document_is_read_with_its_harm() {
         let misprints = read(include_str!("../../../ERRATA.md")).unwrap();
-        let of = |name: &str| misprints.iter().find(|m| m.name == name).unwrap();
-        assert_eq!(of("j1-sign").harm[0], "7.47 % to 1829.29 %");
-        assert_eq!(of("i2-for-i1").printed, "sum I2(i) e_i");
+        let misprint = |name: &str| misprints.iter().find(|m| m.name == name).unwrap();
+        assert_eq!(misprint("j1-sign").harm[0], "7.47 % to 1829.29 %");
+        assert_eq!(misprint("i2-for-i1").printed, "sum I2(i) e_i");
         assert!(misprints.iter().all(|m| m.name == "k1-constant" || !m.harm[0].is_empty()), "{misprints:?}");
         assert!(read("| a | b |").is_err());
     }

@@ -120,10 +120,11 @@ impl Map<'_> {
         let errors: Vec<f64> = self.points.iter().map(|p| error(p)).collect::<Option<_>>()?;
         let classes: Vec<usize> = errors.iter().map(|&e| class(e)).collect();
         let share = |count: usize| format!("{:.0} %", 100.0 * count as f64 / errors.len() as f64);
-        let kept = share(errors.iter().filter(|e| **e <= 1e-12).count());
+        let exact_share = share(errors.iter().filter(|e| **e <= 1e-12).count());
         let lost = share(errors.iter().filter(|e| **e >= 1e-2 || !e.is_finite()).count());
         let largest = errors.iter().copied().fold(0.0, f64::max);
-        let description = format!("At most 1e-12 at {kept} of the points, 1e-2 or more at {lost}; the largest is {largest:.1e}.");
+        let description =
+            format!("At most 1e-12 at {exact_share} of the points, 1e-2 or more at {lost}; the largest is {largest:.1e}.");
         Some(self.panel(way, &format!("Relative error of the {what}: {way}"), &description, &classes, "h"))
     }
 

@@ -75,8 +75,9 @@ impl Map<'_> {
     fn raster(&self, top: f64) -> Result<Vec<u8>, String> {
         let mut picture = Picture::new(f64::from(CELLS), f64::from(CELLS));
         let cells = (0..CELLS).flat_map(|row| (0..CELLS).map(move |column| (column, row)));
-        let colour =
-            |(column, row)| ((f64::from(column), f64::from(CELLS - 1 - row)), self.colours.at(self.field.at(column, row) / top));
+        let colour = |(column, row)| {
+            ((f64::from(column), f64::from(CELLS - 1 - row)), self.colours.colour(self.field.value(column, row) / top))
+        };
         picture.cells((1.0, 1.0), cells.map(colour));
         picture.png(1.0)
     }
@@ -103,7 +104,7 @@ impl Map<'_> {
         let height = SIDE / f64::from(steps);
         for step in 0..steps {
             let (t, y) = ((f64::from(step) + 0.5) / f64::from(steps), TOP + SIDE - height * (f64::from(step) + 0.5));
-            svg.painted("bar-step", self.colours.at(t), &through(&[(left, y), (left + 14.0, y)]));
+            svg.painted("bar-step", self.colours.colour(t), &through(&[(left, y), (left + 14.0, y)]));
         }
         svg.rectangle("frame", (left, TOP), (14.0, SIDE));
         for (level, label) in levels {
@@ -121,13 +122,13 @@ fn arrow_heads([along_x, along_y]: &[Field; 2]) -> String {
     let places = || {
         (EVERY / 2..CELLS).step_by(EVERY as usize).flat_map(|j| (EVERY / 2..CELLS).step_by(EVERY as usize).map(move |i| (i, j)))
     };
-    let slope = |(i, j)| (along_x.at(i, j), along_y.at(i, j));
+    let slope = |(i, j)| (along_x.value(i, j), along_y.value(i, j));
     let norm = |(x, y): Point| (x * x + y * y).sqrt();
     let steepest = places().map(|place| norm(slope(place))).fold(0.0, f64::max);
     let arrow = |(i, j)| {
         let (gx, gy) = slope((i, j));
-        let at = |index: u32| SIDE * (f64::from(index) + 0.5) / f64::from(CELLS);
-        let (x, y) = (LEFT + at(i), TOP + SIDE - at(j));
+        let centre = |index: u32| SIDE * (f64::from(index) + 0.5) / f64::from(CELLS);
+        let (x, y) = (LEFT + centre(i), TOP + SIDE - centre(j));
         let reach = 0.5 * 1.25 * spacing / steepest;
         let (tail, tip) = ((x - reach * gx, y + reach * gy), (x + reach * gx, y - reach * gy));
         through(&[tail, tip]) + &head(tail, tip)

@@ -198,13 +198,13 @@ fn scenes_told(run: &Fields) -> String {
 
 fn facts(audit: &Audit) -> Vec<(&'static str, String)> {
     let (run, bounds) = (&audit.run, &audit.bounds_run);
-    let of = |field| run.get(field).to_owned();
+    let field = |field| run.get(field).to_owned();
     let mut facts = vec![
-        ("version", format!("{} ({})", of("version"), of("commit"))),
-        ("date", of("date")),
-        ("seed", of("seed")),
-        ("machine", of("machine")),
-        ("to reproduce", of("command")),
+        ("version", format!("{} ({})", field("version"), field("commit"))),
+        ("date", field("date")),
+        ("seed", field("seed")),
+        ("machine", field("machine")),
+        ("to reproduce", field("command")),
     ];
     if bounds.get("command") != run.get("command") {
         facts

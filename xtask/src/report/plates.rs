@@ -29,7 +29,7 @@ struct Sampled {
 }
 
 impl Sampled {
-    fn of(emission: Emission) -> Result<Self, radgrad_core::Error> {
+    fn sample(emission: Emission) -> Result<Self, radgrad_core::Error> {
         let emitter = Emitter::new(Polygon::new(TRIANGLE.to_vec())?, emission)?;
         let answer = |x: f64, y: f64| {
             let (value, gradient) = radiosity_and_gradient(&Receiver::new(DVec3::new(x, y, 0.0), DVec3::Z, 1.0)?, &emitter)?;
@@ -42,7 +42,8 @@ impl Sampled {
 
 /// The plates, and the file of their values.
 pub(super) fn plates() -> Result<(Vec<Plate>, Vec<u8>), Box<dyn Error>> {
-    let (constant, linear) = (Sampled::of(Emission::Constant(1.0))?, Sampled::of(Emission::at_vertices(LINEAR.to_vec()))?);
+    let (constant, linear) =
+        (Sampled::sample(Emission::Constant(1.0))?, Sampled::sample(Emission::at_vertices(LINEAR.to_vec()))?);
     let mut plates = Vec::with_capacity(5);
     let outlines = [("outline", TRIANGLE.map(|v| (v.x, v.y)).to_vec())];
     let plate = |letter: &str, what: &str, unit: &str, field: &Field, colours: Colours, arrows: Option<&[Field; 2]>| {
@@ -81,10 +82,10 @@ fn csv(constant: &Sampled, linear: &Sampled) -> Result<Vec<u8>, Box<dyn Error>> 
     for row in 0..CELLS {
         for column in 0..CELLS {
             let (x, y) = constant.value.centre(column, row);
-            let of = |sampled: &Sampled| {
-                [&sampled.value, &sampled.along[0], &sampled.along[1]].map(|f| format!("{:.6e}", f.at(column, row)))
+            let row_of = |sampled: &Sampled| {
+                [&sampled.value, &sampled.along[0], &sampled.along[1]].map(|f| format!("{:.6e}", f.value(column, row)))
             };
-            rows.write_record([format!("{x:.4}"), format!("{y:.4}")].iter().chain(&of(constant)).chain(&of(linear)))?;
+            rows.write_record([format!("{x:.4}"), format!("{y:.4}")].iter().chain(&row_of(constant)).chain(&row_of(linear)))?;
         }
     }
     Ok(rows.into_inner()?)

@@ -39,22 +39,22 @@ fn room() -> Result<Scene, Box<dyn Error>> {
         scene.add_face(surface, material, Polygon::new(vec![a, b, c, a + c - b])?, None)?;
         Ok(())
     };
-    let at = |x: f64, y: f64, z: DVec3| DVec3::new(x, y, z.z);
+    let corner = |x: f64, y: f64, z: DVec3| DVec3::new(x, y, z.z);
     let (x, y) = (ROOM.x, ROOM.y);
-    add("ceiling", lamp, [at(0.0, y, over), at(x, y, over), at(x, 0.0, over)])?;
-    add("south", wall, [at(0.0, 0.0, over), at(x, 0.0, over), at(x, 0.0, under)])?;
-    add("north", wall, [at(x, y, under), at(x, y, over), at(0.0, y, over)])?;
-    add("west", wall, [at(0.0, y, under), at(0.0, y, over), at(0.0, 0.0, over)])?;
-    add("east", wall, [at(x, 0.0, over), at(x, y, over), at(x, y, under)])?;
+    add("ceiling", lamp, [corner(0.0, y, over), corner(x, y, over), corner(x, 0.0, over)])?;
+    add("south", wall, [corner(0.0, 0.0, over), corner(x, 0.0, over), corner(x, 0.0, under)])?;
+    add("north", wall, [corner(x, y, under), corner(x, y, over), corner(0.0, y, over)])?;
+    add("west", wall, [corner(0.0, y, under), corner(0.0, y, over), corner(0.0, 0.0, over)])?;
+    add("east", wall, [corner(x, 0.0, over), corner(x, y, over), corner(x, y, under)])?;
     for ([x0, x1], [y0, y1]) in
         [([0.0, x], [0.0, low.y]), ([0.0, low.x], [low.y, high.y]), ([high.x, x], [low.y, high.y]), ([0.0, x], [high.y, y])]
     {
-        add("floor", wall, [at(x0, y0, under), at(x1, y0, under), at(x1, y1, under)])?;
+        add("floor", wall, [corner(x0, y0, under), corner(x1, y0, under), corner(x1, y1, under)])?;
     }
-    add("block", wall, [at(low.x, low.y, high), at(high.x, low.y, high), at(high.x, high.y, high)])?;
-    let foot = [at(low.x, low.y, low), at(high.x, low.y, low), at(high.x, high.y, low), at(low.x, high.y, low)];
+    add("block", wall, [corner(low.x, low.y, high), corner(high.x, low.y, high), corner(high.x, high.y, high)])?;
+    let foot = [corner(low.x, low.y, low), corner(high.x, low.y, low), corner(high.x, high.y, low), corner(low.x, high.y, low)];
     for (a, b) in foot.into_iter().zip(foot.into_iter().cycle().skip(1)) {
-        add("block", wall, [a, b, at(b.x, b.y, high)])?;
+        add("block", wall, [a, b, corner(b.x, b.y, high)])?;
     }
     Ok(scene)
 }
@@ -88,7 +88,7 @@ fn place(p: DVec3) -> Point {
 const EYE: DVec3 = DVec3::new(0.433, -0.75, 0.5);
 
 impl Cells {
-    pub(super) fn of(room: &Solution) -> Result<Self, Box<dyn Error>> {
+    pub(super) fn visible(room: &Solution) -> Result<Self, Box<dyn Error>> {
         let leaves: Vec<usize> = room.mesh().leaves().collect();
         let leaf = |index: usize| {
             let element = &room.mesh().elements()[index];
@@ -112,13 +112,14 @@ impl Cells {
         Ok(Self(leaves))
     }
 
-    fn seen(&self) -> impl Iterator<Item = &Leaf> {
+    fn visible_leaves(&self) -> impl Iterator<Item = &Leaf> {
         self.0.iter().filter(|leaf| leaf.is_seen)
     }
 
     pub(super) fn radiosity(&self, room: &Solution) -> Result<Plate, Box<dyn Error>> {
-        let top = self.seen().flat_map(|leaf| &leaf.cells).map(|cell| cell.1).fold(0.0, f64::max);
-        let painted = self.seen().map(|leaf| (leaf, leaf.cells.iter().map(|(outline, b)| (outline.as_slice(), *b)).collect()));
+        let top = self.visible_leaves().flat_map(|leaf| &leaf.cells).map(|cell| cell.1).fold(0.0, f64::max);
+        let painted =
+            self.visible_leaves().map(|leaf| (leaf, leaf.cells.iter().map(|(outline, b)| (outline.as_slice(), *b)).collect()));
         let title = "Figure J: radiosity in a room with a block";
         let picture = draw(room, painted, ["J   Radiosity", "B (W/m²)", title], top, Colours::Viridis);
         let mean = room.mean()[0];
@@ -135,9 +136,9 @@ impl Cells {
     }
 
     pub(super) fn estimate(&self, room: &Solution) -> Result<Plate, Box<dyn Error>> {
-        let top = self.seen().map(|leaf| leaf.estimate.total()).fold(0.0, f64::max);
+        let top = self.visible_leaves().map(|leaf| leaf.estimate.total()).fold(0.0, f64::max);
         let outlines: Vec<(&Leaf, Vec<&[DVec3]>)> =
-            self.seen().map(|leaf| (leaf, vec![room.mesh().elements()[leaf.index].polygon().vertices()])).collect();
+            self.visible_leaves().map(|leaf| (leaf, vec![room.mesh().elements()[leaf.index].polygon().vertices()])).collect();
         let painted = outlines.into_iter().map(|(leaf, of)| (leaf, of.into_iter().map(|o| (o, leaf.estimate.total())).collect()));
         let title = "Figure K: estimate of the error of the radiosity in the room";
         let picture = draw(room, painted, ["K   Estimate of its error", "estimate (W/m²)", title], top, Colours::Inferno);
@@ -178,10 +179,10 @@ fn cells(element: &Element) -> Vec<(Vec<DVec3>, DVec3)> {
     let length = |to: [f64; 2]| (element.point(to) - element.point([0.0, 0.0])).length();
     let count = |length: f64| (1..6u32).find(|n| length / f64::from(*n) < 0.15).unwrap_or(6);
     let [along, across] = [count(length([1.0, 0.0])), count(length([0.0, 1.0]))];
-    let at = |i: f64, k: f64| element.point([i / f64::from(along), k / f64::from(across)]);
+    let corner = |i: f64, k: f64| element.point([i / f64::from(along), k / f64::from(across)]);
     let cell = |(i, k): (u32, u32)| {
         let (i, k) = (f64::from(i), f64::from(k));
-        (vec![at(i, k), at(i + 1.0, k), at(i + 1.0, k + 1.0), at(i, k + 1.0)], at(i + 0.5, k + 0.5))
+        (vec![corner(i, k), corner(i + 1.0, k), corner(i + 1.0, k + 1.0), corner(i, k + 1.0)], corner(i + 0.5, k + 0.5))
     };
     (0..along).flat_map(|i| (0..across).map(move |k| (i, k))).map(cell).collect()
 }
@@ -200,7 +201,7 @@ fn draw<'a>(
     let mut count = 0;
     for (leaf, cells) in painted {
         for (outline, value) in cells {
-            svg.filled("tile", colours.at(value / top), &flat(outline));
+            svg.filled("tile", colours.colour(value / top), &flat(outline));
         }
         svg.path("mesh", &flat(room.mesh().elements()[leaf.index].polygon().vertices()));
         count += 1;
@@ -241,7 +242,7 @@ fn scale(svg: &mut Svg, colours: Colours, top: f64, unit: &str) {
     for index in 0..steps {
         let (t, y) = ((f64::from(index) + 0.5) / f64::from(steps), upper + height - step * (f64::from(index) + 0.5));
         let commands = format!("M{left} {y:.2}h14");
-        svg.painted("bar-step", colours.at(t), &commands);
+        svg.painted("bar-step", colours.colour(t), &commands);
     }
     svg.rectangle("frame", (left, upper), (14.0, height));
     let levels = ticks(0.0, top, 6);

@@ -33,10 +33,10 @@ pub(super) fn plot(audit: &Audit) -> String {
         let top = TOP + ROW * index as f64;
         svg.text("label", (LEFT - 8.0, top + 11.0), Anchor::End, &row.family);
         let counts = [row.by_quadrature, row.by_closed_form, row.by_double_double, row.by_arbitrary_precision];
-        let all = counts.iter().sum::<u64>().max(1) as f64;
+        let total = counts.iter().sum::<u64>().max(1) as f64;
         let mut x = LEFT;
         for (rung, count) in counts.into_iter().enumerate().filter(|(_, count)| *count > 0) {
-            let width = across * count as f64 / all;
+            let width = across * count as f64 / total;
             svg.rectangle(&format!("r{rung}"), (x, top + 2.0), (width, ROW - 4.0));
             x += width;
         }

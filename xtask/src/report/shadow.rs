@@ -67,7 +67,7 @@ impl Outlines {
 }
 
 /// Radiosity, gradient and their bounds at a point of the floor.
-fn at(x: f64, y: f64) -> Result<[f64; 6], radgrad_core::Error> {
+fn evaluate_floor(x: f64, y: f64) -> Result<[f64; 6], radgrad_core::Error> {
     let lamp = Emitter::new(Polygon::new(LAMP.to_vec())?, Emission::Constant(EMISSION))?;
     let screen = Polygon::new(SCREEN.to_vec())?;
     let answer = evaluate(&Receiver::new(DVec3::new(x, y, 0.0), DVec3::Z, 1.0)?, &lamp, &[screen])?;
@@ -77,7 +77,7 @@ fn at(x: f64, y: f64) -> Result<[f64; 6], radgrad_core::Error> {
 
 /// Samples and draws.
 pub(super) fn shadow() -> Result<Shadow, Box<dyn Error>> {
-    let [value, along_x, along_y, norm, value_bound, gradient_bound] = Field::sample_each(WINDOW, [CELLS; 2], at)?;
+    let [value, along_x, along_y, norm, value_bound, gradient_bound] = Field::sample_each(WINDOW, [CELLS; 2], evaluate_floor)?;
     let outlines = Outlines::new();
     let bounds = [&value_bound, &gradient_bound].map(|field| field.largest().0);
     let along = [along_x, along_y];
@@ -86,7 +86,7 @@ pub(super) fn shadow() -> Result<Shadow, Box<dyn Error>> {
     let map = |heading, unit, field, colours, arrows, outlines| Map { heading, unit, field, colours, arrows, outlines };
     let radiosity = map("F   Radiosity", "B (W/m²)", &value, Colours::Viridis, Some(&along), &edges);
     let gradient = map("G   Gradient norm", "|∇B| (W/m³)", &norm, Colours::Inferno, None, &lines);
-    let rows: Vec<CutPoint> = cut_places().map(|x| at(x, CUT).map(|of| (x, of))).collect::<Result<_, _>>()?;
+    let rows: Vec<CutPoint> = cut_places().map(|x| evaluate_floor(x, CUT).map(|values| (x, values))).collect::<Result<_, _>>()?;
     let (largest, _) = value.largest();
     let plates = vec![
         Plate {
@@ -219,9 +219,9 @@ fn floor_csv(value: &Field, along: &[Field; 2], bounds: [&Field; 2]) -> Result<V
     rows.write_record(["x", "y", "radiosity", "dx", "dy", "radiosity-bound", "gradient-bound"])?;
     for (column, row) in (0..CELLS).flat_map(|row| (0..CELLS).map(move |column| (column, row))) {
         let (x, y) = value.centre(column, row);
-        let of = [value, &along[0], &along[1]].map(|f| format!("{:.6e}", f.at(column, row)));
-        let bounds = bounds.map(|f| format!("{:.0e}", f.at(column, row)));
-        rows.write_record([format!("{x:.4}"), format!("{y:.4}")].iter().chain(&of).chain(&bounds))?;
+        let values = [value, &along[0], &along[1]].map(|f| format!("{:.6e}", f.value(column, row)));
+        let bounds = bounds.map(|f| format!("{:.0e}", f.value(column, row)));
+        rows.write_record([format!("{x:.4}"), format!("{y:.4}")].iter().chain(&values).chain(&bounds))?;
     }
     Ok(rows.into_inner()?)
 }
@@ -231,8 +231,8 @@ fn cut_csv(points: &[CutPoint]) -> Result<Vec<u8>, Box<dyn Error>> {
     let mut rows = csv::Writer::from_writer(Vec::new());
     rows.write_record(["x", "y", "radiosity", "dx", "dy"])?;
     for (x, [value, dx, dy, ..]) in points {
-        let of = [value, dx, dy].map(|f| format!("{f:.6e}"));
-        rows.write_record([format!("{x:.4}"), format!("{CUT:.4}")].iter().chain(&of))?;
+        let values = [value, dx, dy].map(|f| format!("{f:.6e}"));
+        rows.write_record([format!("{x:.4}"), format!("{CUT:.4}")].iter().chain(&values))?;
     }
     Ok(rows.into_inner()?)
 }
@@ -256,7 +256,7 @@ mod tests {
         };
         let mut counts = [0; 3];
         for (x, y) in (0..40).flat_map(|i| (0..40).map(move |j| (-1.57 + 0.08 * f64::from(i), -1.37 + 0.08 * f64::from(j)))) {
-            let ([value, .., bound, _], free) = (at(x, y).unwrap(), free(x, y));
+            let ([value, .., bound, _], free) = (evaluate_floor(x, y).unwrap(), free(x, y));
             let within = bound + free.radiosity_error;
             let region = if is_inside(&outlines.umbra, (x, y)) {
                 assert_eq!(value, 0.0, "({x}, {y}) is in the umbra");

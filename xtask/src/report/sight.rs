@@ -80,7 +80,7 @@ impl Arc {
     }
 
     /// A direction between its ends, at a fraction of its angle.
-    fn at(&self, t: f64) -> DVec3 {
+    fn interpolate(&self, t: f64) -> DVec3 {
         let g = self.angle();
         (self.from * libm::sin((1.0 - t) * g) + self.to * libm::sin(t * g)) / libm::sin(g)
     }
@@ -212,7 +212,7 @@ fn hemisphere(arcs: &[Arc], normal: DVec3, form_factor: f64) -> String {
             to: corners[(i + 1) % corners.len()].normalize(),
             edge: None,
         };
-        (0..corners.len()).flat_map(|i| (0..24).map(move |k| place(arc(i).at(f64::from(k) / 24.0)))).collect()
+        (0..corners.len()).flat_map(|i| (0..24).map(move |k| place(arc(i).interpolate(f64::from(k) / 24.0)))).collect()
     };
     let mut svg = Svg::new(SIZE.0, SIZE.1);
     svg.text("title", (16.0, 18.0), Anchor::Start, "I   What the receiver sees");
@@ -224,7 +224,7 @@ fn hemisphere(arcs: &[Arc], normal: DVec3, form_factor: f64) -> String {
     svg.path("seen", &around(&outline(&LAMP)));
     svg.path("hidden", &around(&outline(&SCREEN)));
     for arc in arcs {
-        let points: Vec<Point> = (0..=32).map(|k| place(arc.at(f64::from(k) / 32.0))).collect();
+        let points: Vec<Point> = (0..=32).map(|k| place(arc.interpolate(f64::from(k) / 32.0))).collect();
         svg.path(arc.line.class(), &through(&points));
         svg.circle("end", place(arc.from), 2.4);
         svg.circle("end", place(arc.to), 2.4);

@@ -35,7 +35,7 @@ pub(super) struct Geometry {
 
 impl Geometry {
     /// Of a case; `None` if it is refused.
-    pub(super) fn of(name: Name) -> Option<Self> {
+    pub(super) fn from_case(name: Name) -> Option<Self> {
         let Problem { receiver, emitter, occluders, .. } = name.case().problem().ok()?;
         Some(Self::of_scene(&receiver, &emitter, &occluders))
     }
@@ -57,13 +57,13 @@ impl Geometry {
         let level = to_receiver - up * up.dot(to_receiver);
         let x = if level.length() > 1e-3 * to_receiver.length() { level.normalize() } else { up.any_orthonormal_vector() };
         let y = up.cross(x);
-        let seen = |v: DVec3| DVec3::new(v.dot(x), v.dot(y), v.dot(up));
-        let placed = |v: &DVec3| seen((within(*v) - middle) / longest);
+        let in_frame = |v: DVec3| DVec3::new(v.dot(x), v.dot(y), v.dot(up));
+        let placed = |v: &DVec3| in_frame((within(*v) - middle) / longest);
         Self {
             emitter: vertices.iter().map(placed).collect(),
             occluders: occluders.iter().map(|occluder| occluder.vertices().iter().map(placed).collect()).collect(),
-            receiver: seen(to_receiver),
-            normal: seen(receiver.normal()),
+            receiver: in_frame(to_receiver),
+            normal: in_frame(receiver.normal()),
             distance: to_receiver.length(),
             height: up.dot(to_receiver),
             size: longest * reach,
@@ -148,7 +148,7 @@ mod tests {
     fn every_valid_case_has_a_picture_without_a_nan_at_any_scale() {
         for family in Family::ALL {
             for index in 0..5 {
-                let Some(geometry) = Geometry::of(Name { family, seed: 1, index }) else {
+                let Some(geometry) = Geometry::from_case(Name { family, seed: 1, index }) else {
                     assert!(family.is_refused(), "{family}");
                     continue;
                 };
@@ -161,8 +161,11 @@ mod tests {
 
     #[test]
     fn heights_and_distances_are_in_sizes_of_the_emitter() {
-        let of = |family, index| Geometry::of(Name { family, seed: 1, index }).unwrap();
-        assert!((0..9).all(|index| of(Family::Far, index).distance > 5.0));
-        assert!((0..9).all(|index| of(Family::Contact, index).height < 0.2 && of(Family::ContactScale, index).height < 0.2));
+        let geometry = |family, index| Geometry::from_case(Name { family, seed: 1, index }).unwrap();
+        assert!((0..9).all(|index| geometry(Family::Far, index).distance > 5.0));
+        assert!(
+            (0..9)
+                .all(|index| geometry(Family::Contact, index).height < 0.2 && geometry(Family::ContactScale, index).height < 0.2)
+        );
     }
 }

@@ -27,7 +27,7 @@ pub(super) fn solved() -> Result<Solved, Box<dyn Error>> {
     let squares = effectivity::squares()?;
     let (trials, finest) = (effectivity::trials(&squares)?, effectivity::finest(&squares)?);
     let room = room::solution()?;
-    let cells = Cells::of(&room)?;
+    let cells = Cells::visible(&room)?;
     Ok(Solved {
         plates: vec![cells.radiosity(&room)?, cells.estimate(&room)?, effectivity::picture(&trials)],
         ledger: ledger::picture([&finest, &room]),

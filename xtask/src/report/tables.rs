@@ -47,7 +47,8 @@ pub(super) fn families(audit: &Audit) -> Table {
         &titles,
     );
     for row in &audit.outcomes {
-        let of = |quantity: &str, field: fn(&Figure) -> &str| figure(audit.figure(&row.family, quantity).map_or("", field));
+        let figure_of =
+            |quantity: &str, field: fn(&Figure) -> &str| figure(audit.figure(&row.family, quantity).map_or("", field));
         let ended = [
             (row.refused, "refused"),
             (row.unanswered, "unanswered"),
@@ -64,9 +65,13 @@ pub(super) fn families(audit: &Audit) -> Table {
         };
         let mut cells = vec![Cell::code(&row.family), Cell::from(&what), Cell::from(row.cases)];
         for quantity in ["value", "gradient"] {
-            cells.extend([of(quantity, |f| &f.median), of(quantity, |f| &f.p99), of(quantity, |f| &f.worst)]);
+            cells.extend([
+                figure_of(quantity, |f| &f.median),
+                figure_of(quantity, |f| &f.p99),
+                figure_of(quantity, |f| &f.worst),
+            ]);
         }
-        cells.extend(["value-over-bound", "gradient-over-bound"].map(|quantity| of(quantity, |f| &f.worst)));
+        cells.extend(["value-over-bound", "gradient-over-bound"].map(|quantity| figure_of(quantity, |f| &f.worst)));
         cells.push(histogram::worst(audit, &row.family).map_or_else(|| Cell::from(""), |figure| Cell::code(&figure.worst_case)));
         table.push(cells);
     }
@@ -159,15 +164,15 @@ pub(super) fn bounds(audit: &Audit) -> Table {
         "Errors over stated bounds (1 would be a broken bound), and the median time of an answer by the rung that gave it";
     let mut table = Table::new(caption, &["bounds-figures.csv", "bounds.csv"], &titles);
     for row in audit.bounds.iter().filter(|row| row.nonzero > 0) {
-        let of =
+        let figure_of =
             |quantity: &str, field: fn(&Figure) -> &str| audit.bounds_figure(&row.family, quantity).map_or("", field).to_owned();
         let times = rungs::RUNGS.map(|(rung, _)| {
-            let median = value(&of(&format!("time-{rung}"), |f| &f.median));
+            let median = value(&figure_of(&format!("time-{rung}"), |f| &f.median));
             if median.is_nan() { Cell::from("–") } else { Cell::from(&thousands(&format!("{median:.0}"))).by(median) }
         });
         let mut cells = vec![Cell::code(&row.family), Cell::from(row.cases), Cell::from(row.answers), Cell::from(row.broken)];
-        cells.extend(["value-over-bound", "gradient-over-bound"].map(|quantity| figure(&of(quantity, |f| &f.worst))));
-        cells.extend(["value-tightness", "gradient-tightness"].map(|quantity| figure(&of(quantity, |f| &f.median))));
+        cells.extend(["value-over-bound", "gradient-over-bound"].map(|quantity| figure(&figure_of(quantity, |f| &f.worst))));
+        cells.extend(["value-tightness", "gradient-tightness"].map(|quantity| figure(&figure_of(quantity, |f| &f.median))));
         cells.extend(times);
         table.push(cells);
     }
@@ -227,8 +232,8 @@ pub(super) fn closest(searched: &[Searched]) -> Table {
     rungs.dedup();
     for rung in rungs {
         let worst = |quantity: &str| {
-            let of = searched.iter().filter(|row| row.rung == rung && row.quantity == quantity);
-            let worst = of.max_by(|a, b| value(&a.worst).total_cmp(&value(&b.worst)));
+            let chosen = searched.iter().filter(|row| row.rung == rung && row.quantity == quantity);
+            let worst = chosen.max_by(|a, b| value(&a.worst).total_cmp(&value(&b.worst)));
             worst.map_or_else(|| Cell::from("–"), |row| figure(&row.worst))
         };
         table.push([Cell::code(rung), worst("value"), worst("gradient")]);

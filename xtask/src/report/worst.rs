@@ -29,7 +29,7 @@ pub(super) fn cases(audit: &Audit) -> Result<Vec<Worst>, Box<dyn Error>> {
     for row in audit.outcomes.iter().filter(|row| has_errors(audit, &row.family)) {
         let Some(figure) = worst(audit, &row.family) else { continue };
         let name = figure.worst_case.parse().map_err(|error| format!("figures.csv: {error}"))?;
-        let Some(geometry) = Geometry::of(name) else { continue };
+        let Some(geometry) = Geometry::from_case(name) else { continue };
         cases.push(Worst {
             family: figure.family.clone(),
             quantity: figure.quantity.clone(),

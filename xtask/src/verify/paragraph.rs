@@ -61,8 +61,8 @@ fn named(worst: Extreme) -> String {
 }
 
 fn worst(table: &Table, quantity: Quantity) -> Option<Extreme> {
-    let of = table.families().values().filter_map(|family| family.figures().get(&quantity)?.worst());
-    of.max_by(|a, b| a.value.total_cmp(&b.value))
+    let extremes = table.families().values().filter_map(|family| family.figures().get(&quantity)?.worst());
+    extremes.max_by(|a, b| a.value.total_cmp(&b.value))
 }
 
 #[cfg(test)]
@@ -76,7 +76,7 @@ mod tests {
         let run = Run::of_each(2, &[Family::Generic, Family::Far], 1);
         let table = run.table(|_| ());
         let case = "far:1:1".parse().unwrap();
-        let found = Found {
+        let figures = Found {
             table: &table,
             bounds: bounds::Held { passed: true, answers: 18, worst: Some(Extreme { value: 0.5, case }) },
             witnesses: 172,
@@ -86,6 +86,6 @@ mod tests {
             scenes: Some(scenes::Held { passed: true, scenes: 16, judged: 99 }),
             seconds: 90.0,
         };
-        insta::assert_snapshot!(found.said(&run, Path::new("target/verify")));
+        insta::assert_snapshot!(figures.said(&run, Path::new("target/verify")));
     }
 }

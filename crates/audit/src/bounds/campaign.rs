@@ -87,8 +87,8 @@ pub fn run(cases: u64, families: &[Family], seed: u64, part: Part) -> Run {
         0 => cases / 40_000,
         share => (cases * share).div_ceil(shares),
     };
-    let of = |family: Family| (family, count(family).max(1));
-    Run { seed, cases: families.iter().map(|&family| of(family)).collect(), part }
+    let cases_of = |family: Family| (family, count(family).max(1));
+    Run { seed, cases: families.iter().map(|&family| cases_of(family)).collect(), part }
 }
 
 /// The checks of a case beyond the usual ones, by its index: the dear ones fall on few cases.
@@ -132,8 +132,8 @@ mod tests {
         let run = run(1000, &Family::ALL, 1, Part::WHOLE);
         assert_eq!(run.cases.len(), Family::ALL.len());
         assert!(run.cases.iter().all(|(_, count)| *count > 0));
-        let of = |family| run.cases.iter().find(|(f, _)| *f == family).map_or(0, |(_, count)| *count);
-        assert!((1000..1030).contains(&run.count()) && of(Family::Generic) > 15 * of(Family::FarScreen));
+        let count_of = |family| run.cases.iter().find(|(f, _)| *f == family).map_or(0, |(_, count)| *count);
+        assert!((1000..1030).contains(&run.count()) && count_of(Family::Generic) > 15 * count_of(Family::FarScreen));
     }
 
     #[test]

@@ -117,7 +117,7 @@ impl Check {
                 Ok(answer) if !is_finite(&answer) => self.mark(Mark::NonFinite, format!("to {tolerance:e}: {answer:?}")),
                 Ok(answer) => {
                     if tolerance > 0.0 {
-                        self.figures.push((Figure::Time(Rung::of(answer.method)), time.as_secs_f64() * 1e9));
+                        self.figures.push((Figure::Time(Rung::from_method(answer.method)), time.as_secs_f64() * 1e9));
                     }
                     return Some(Given { tolerance, answer });
                 }
@@ -134,7 +134,7 @@ impl Check {
         let default = &answers[0].answer;
         let dark = is_zero(default);
         self.marks.push(if dark { Mark::Zero } else { Mark::Nonzero });
-        self.marks.push(Mark::By(Rung::of(default.method)));
+        self.marks.push(Mark::By(Rung::from_method(default.method)));
         // No tolerance relative to 0 is met but by a bound of 0, which takes a proof that all is hidden.
         let least = LEAST * problem.emitter.largest_emission();
         for Given { tolerance, answer } in answers.iter().filter(|given| !is_about_zero(&given.answer, least)) {
@@ -209,13 +209,13 @@ impl Check {
         let sizes = [answer.radiosity.abs(), norm(answer.gradient)];
         let bounds = [answer.radiosity_error, answer.gradient_error];
         let best = sharpest.unwrap_or(closest).distances(answer);
-        let all = [Figure::ValueError, Figure::GradientError];
+        let errors = [Figure::ValueError, Figure::GradientError];
         let sharp = [Figure::SharpValueError, Figure::SharpGradientError];
         let tightness = [Figure::ValueTightness, Figure::GradientTightness];
         // What is not to be told from 0 has no relative error.
         for quantity in [0, 1].into_iter().filter(|&quantity| sizes[quantity] > 0.0) {
             let Distance { most, .. } = best[quantity];
-            self.figures.push((all[quantity], ratio(most, sizes[quantity])));
+            self.figures.push((errors[quantity], ratio(most, sizes[quantity])));
             if sharpest.is_some() && best[quantity].is_sharp(bounds[quantity]) {
                 self.figures.push((sharp[quantity], ratio(most, sizes[quantity])));
                 self.figures.push((tightness[quantity], ratio(most, bounds[quantity])));

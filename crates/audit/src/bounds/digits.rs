@@ -5,7 +5,7 @@ use radgrad_oracle::{Interval, enclose_past};
 use radgrad_scene::case::Problem;
 
 use crate::bounds::mark::Mark;
-use crate::seen::seen;
+use crate::seen::visible_part;
 use crate::truth::Truth;
 
 /// Digits that are checked, in turn.
@@ -49,7 +49,7 @@ pub fn check(problem: &Problem, digits: u32, by_oracle: bool) -> Vec<(Mark, Stri
     };
     compare(&more, "twice as many");
     if by_oracle {
-        let emitter = seen(problem);
+        let emitter = visible_part(&problem);
         let occluders = if emitter.is_some() { &[][..] } else { &problem.occluders };
         match enclose_past(&problem.receiver, emitter.as_deref().unwrap_or(&problem.emitter), occluders, digits + MORE) {
             Ok(enclosure) => {

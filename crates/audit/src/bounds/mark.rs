@@ -30,7 +30,7 @@ impl Rung {
 
     /// The rung of a method.
     #[must_use]
-    pub const fn of(method: Method) -> Self {
+    pub const fn from_method(method: Method) -> Self {
         match method {
             Method::Zero => Self::Zero,
             Method::Quadrature => Self::Quadrature,

@@ -32,8 +32,8 @@ impl Distance {
     /// From the distance of two doubles (or of vectors of them), itself off by a relative 8 eps at most.
     fn of_doubles(apart: f64, radius: f64) -> Self {
         let least = apart * (1.0 - 8.0 * f64::EPSILON) - radius;
-        let most = (apart + radius) * (1.0 + 8.0 * f64::EPSILON);
-        Self { least: if least > 0.0 { least } else { 0.0 }, most, radius }
+        let upper = (apart + radius) * (1.0 + 8.0 * f64::EPSILON);
+        Self { least: if least > 0.0 { least } else { 0.0 }, most: upper, radius }
     }
 
     /// Whether the radius is at most a hundredth of a bound.
@@ -71,10 +71,10 @@ impl Reference {
             Self::Digits(truth) | Self::Oracle(truth) => {
                 let (value, gradient) = truth.errors_at_least(answer.radiosity, answer.gradient);
                 let radii = DVec3::from_array([0, 1, 2].map(|axis| truth.gradient[axis].radius()));
-                let most = [truth.radiosity_error(answer.radiosity), truth.gradient_error(answer.gradient)];
+                let upper = [truth.radiosity_error(answer.radiosity), truth.gradient_error(answer.gradient)];
                 [
-                    Distance { least: value, most: most[0], radius: truth.radiosity.radius() },
-                    Distance { least: gradient, most: most[1], radius: norm_above(radii) },
+                    Distance { least: value, most: upper[0], radius: truth.radiosity.radius() },
+                    Distance { least: gradient, most: upper[1], radius: norm_above(radii) },
                 ]
             }
         }

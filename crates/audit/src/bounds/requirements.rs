@@ -59,12 +59,12 @@ impl fmt::Display for Breach {
 /// Everything in the table that must not be.
 #[must_use]
 pub fn breaches(table: &Table, gates: &Gates) -> Vec<Breach> {
-    let of = |(family, table): (&Family, &FamilyTable)| {
-        let mut found = marked(*family, table);
-        found.extend(beyond(table, &gates.bounds(*family)));
-        found
+    let breaches_of = |(family, table): (&Family, &FamilyTable)| {
+        let mut breaches = marked(*family, table);
+        breaches.extend(beyond(table, &gates.bounds(*family)));
+        breaches
     };
-    table.families().iter().flat_map(of).collect()
+    table.families().iter().flat_map(breaches_of).collect()
 }
 
 /// Cases with a mark that they must not have.
@@ -92,14 +92,14 @@ fn marked(family: Family, table: &FamilyTable) -> Vec<Breach> {
 
 /// Figures of a whole family that miss their requirement.
 fn beyond(table: &FamilyTable, required: &Requirement) -> Vec<Breach> {
-    let mut found = Vec::new();
+    let mut breaches = Vec::new();
     if let Some(least) = required.first_rung
         && let share = table.share_of(&Rung::FIRST)
         && share < least
         && let Some(bin) = [Rung::DoubleDouble, Rung::ArbitraryPrecision].iter().find_map(|&r| table.counts().get(&Mark::By(r)))
     {
         let what = format!("{:.2} % are answered by the first rung, {:.0} % must be", 100.0 * share, 100.0 * least);
-        found.push(Breach { case: bin.first, mark: None, what });
+        breaches.push(Breach { case: bin.first, mark: None, what });
     }
     let mut hold = |figure: Figure, percent: u64, gate: Option<f64>, least: bool| {
         let (Some(gate), Some(distribution)) = (gate, table.figures().get(&figure)) else { return };
@@ -112,7 +112,7 @@ fn beyond(table: &FamilyTable, required: &Requirement) -> Vec<Breach> {
         if if least { value < gate } else { value > gate } {
             let name = if percent == 50 { "the median of " } else { "" };
             let what = format!("{name}{figure} is {value:.2e}, {gate:.0e} is the {}", if least { "least" } else { "most" });
-            found.push(Breach { case: worst.case, mark: None, what });
+            breaches.push(Breach { case: worst.case, mark: None, what });
         }
     };
     for figure in [Figure::ValueTightness, Figure::GradientTightness] {
@@ -124,5 +124,5 @@ fn beyond(table: &FamilyTable, required: &Requirement) -> Vec<Breach> {
     for figure in [Figure::ValueError, Figure::GradientError] {
         hold(figure, 100, required.worst_error, false);
     }
-    found
+    breaches
 }

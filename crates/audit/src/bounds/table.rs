@@ -84,17 +84,17 @@ impl Table {
         let counted = COUNTS.map(|mark| mark.to_string());
         rows.write_record(["family"].into_iter().chain(counted.iter().map(String::as_str)).chain(ratios))?;
         for (family, table) in self.families() {
-            let of = |figure: Figure, decade: fn(&Distribution) -> Option<Decade>| {
+            let cell = |figure: Figure, decade: fn(&Distribution) -> Option<Decade>| {
                 table.figures().get(&figure).and_then(decade).map_or_else(String::new, |d| d.to_string())
             };
             let worst = |d: &Distribution| d.worst_decade().map(|(decade, _)| decade);
             let median = |d: &Distribution| d.percentile(50).map(|step| step.decade());
             let counts = COUNTS.map(|mark| table.count(mark).to_string());
             let ratios = [
-                of(Figure::ValueOverBound, worst),
-                of(Figure::GradientOverBound, worst),
-                of(Figure::ValueTightness, median),
-                of(Figure::GradientTightness, median),
+                cell(Figure::ValueOverBound, worst),
+                cell(Figure::GradientOverBound, worst),
+                cell(Figure::ValueTightness, median),
+                cell(Figure::GradientTightness, median),
             ];
             rows.write_record([family.name()].into_iter().chain(counts.iter().chain(&ratios).map(String::as_str)))?;
         }
@@ -120,8 +120,8 @@ impl Table {
         for (family, table) in self.families() {
             for rung in Rung::ALL {
                 let Some(times) = table.figures().get(&Figure::Time(rung)) else { continue };
-                let at = |percent| times.percentile(percent).map_or_else(String::new, |step| step.least().to_string());
-                rows.write_record([family.name(), rung.name(), &times.count().to_string(), &at(50), &at(99)])?;
+                let percentile = |percent| times.percentile(percent).map_or_else(String::new, |step| step.least().to_string());
+                rows.write_record([family.name(), rung.name(), &times.count().to_string(), &percentile(50), &percentile(99)])?;
             }
         }
         Ok(rows.flush()?)

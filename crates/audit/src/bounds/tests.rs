@@ -132,7 +132,7 @@ fn a_table_is_held_against_what_is_required() {
     assert!(said.iter().all(|text| text.contains("-error is") && text.contains("1e-30 is the most")), "{said:?}");
 
     let mut wrong = Table::default();
-    let at = |family| Name { family, seed: 1, index: 4 };
+    let case = |family| Name { family, seed: 1, index: 4 };
     for (family, mark) in [
         (Family::Far, Mark::Broken),
         (Family::Far, Mark::MissesTight),
@@ -140,12 +140,12 @@ fn a_table_is_held_against_what_is_required() {
         (Family::EqualVertices, Mark::Zero),
         (Family::Contact, Mark::Refused),
     ] {
-        wrong.count(at(family), mark);
+        wrong.count(case(family), mark);
     }
-    let found = breaches(&wrong, &gates());
-    assert_eq!(found.len(), 5, "{found:?}");
-    assert_eq!(found[0].to_string(), "bounds of far: 1 broken, at far:1:4");
-    wrong.add(at(Family::Generic), Figure::ValueTightness, 1e-10);
+    let found_breaches = breaches(&wrong, &gates());
+    assert_eq!(found_breaches.len(), 5, "{found_breaches:?}");
+    assert_eq!(found_breaches[0].to_string(), "bounds of far: 1 broken, at far:1:4");
+    wrong.add(case(Family::Generic), Figure::ValueTightness, 1e-10);
     assert!(breaches(&wrong, &gates()).iter().any(|b| b.mark.is_none() && b.what.contains("the median of value-tightness")));
 }
 

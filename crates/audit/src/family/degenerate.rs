@@ -53,13 +53,13 @@ fn in_front(sampler: &mut Sampler) -> Scene {
 pub(super) fn equal_vertices(sampler: &mut Sampler) -> Scene {
     let mut scene = many_sided::convex(sampler);
     let count = u32::try_from(scene.vertices.len()).unwrap_or(3);
-    let at = sampler.below(count) as usize;
-    let repeated = scene.vertices[at];
+    let index = sampler.below(count) as usize;
+    let repeated = scene.vertices[index];
     match sampler.below(4) {
-        0 => scene.vertices.insert(at, repeated),
+        0 => scene.vertices.insert(index, repeated),
         1 => scene.vertices.push(scene.vertices[0]),
         2 => {
-            let later = (at + 2 + sampler.below(count - 2) as usize) % scene.vertices.len();
+            let later = (index + 2 + sampler.below(count - 2) as usize) % scene.vertices.len();
             scene.vertices.insert(later, repeated);
         }
         _ => {

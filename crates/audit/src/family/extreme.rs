@@ -109,8 +109,8 @@ pub(super) fn cancelling_values(sampler: &mut Sampler) -> Scene {
         }
     };
     let value = sampler.spread(-4, 4);
-    let rest = value * sampler.sign() * sampler.spread(-50, -3);
-    Scene::open(position, normal, vertices, EmissionRecord::Vertices { vertices: vec![-value, value, rest] })
+    let third = value * sampler.sign() * sampler.spread(-50, -3);
+    Scene::open(position, normal, vertices, EmissionRecord::Vertices { vertices: vec![-value, value, third] })
 }
 
 /// A horizontal triangle with a fourth vertex 2^-48 to 2^-20 of an edge's length from another, on the edge as far as rounding

@@ -55,9 +55,9 @@ impl OnLattice {
     /// Puts a vertex on the middle of an edge: a T-junction seen from one side.
     fn with_straight_vertex(mut self, sampler: &mut Sampler) -> Self {
         let count = self.sites.len();
-        let at = sampler.below(u32::try_from(count).unwrap_or(1)) as usize;
-        let (a, b) = (self.sites[at], self.sites[(at + 1) % count]);
-        self.sites.insert(at + 1, [(a[0] + b[0]) / 2, (a[1] + b[1]) / 2]);
+        let index = sampler.below(u32::try_from(count).unwrap_or(1)) as usize;
+        let (a, b) = (self.sites[index], self.sites[(index + 1) % count]);
+        self.sites.insert(index + 1, [(a[0] + b[0]) / 2, (a[1] + b[1]) / 2]);
         self
     }
 
@@ -66,7 +66,7 @@ impl OnLattice {
     }
 
     /// Seen from a point over the inner triangle or beside the polygon, at a height of 2^-10 to 4; part of it above the horizon.
-    fn seen(self, sampler: &mut Sampler) -> Scene {
+    fn with_receiver(self, sampler: &mut Sampler) -> Scene {
         let vertices = self.vertices();
         let [a, b, c] = self.inner.map(|s| self.lattice.fine_point(s));
         let cross = (b - a).cross(c - a);
@@ -102,14 +102,14 @@ pub(super) fn convex(sampler: &mut Sampler) -> Scene {
     if sampler.one_in(4) {
         polygon = polygon.with_straight_vertex(sampler);
     }
-    polygon.seen(sampler)
+    polygon.with_receiver(sampler)
 }
 
 /// Convex with 4 to 8 vertices, none on a straight edge.
 pub(super) fn few_sided(sampler: &mut Sampler) -> Scene {
     let lattice = lattice(sampler);
     let count = 4 + sampler.below(5) as usize;
-    OnLattice::convex_with(sampler, lattice, count).seen(sampler)
+    OnLattice::convex_with(sampler, lattice, count).with_receiver(sampler)
 }
 
 /// Stars and rectilinear shapes, one in four with a vertex on a straight edge.
@@ -119,13 +119,13 @@ pub(super) fn concave(sampler: &mut Sampler) -> Scene {
     if sampler.one_in(4) {
         polygon = polygon.with_straight_vertex(sampler);
     }
-    polygon.seen(sampler)
+    polygon.with_receiver(sampler)
 }
 
 /// A star with so many vertices.
 pub(super) fn star(sampler: &mut Sampler, count: usize) -> Scene {
     let lattice = lattice(sampler);
-    OnLattice::star(sampler, lattice, count).seen(sampler)
+    OnLattice::star(sampler, lattice, count).with_receiver(sampler)
 }
 
 /// Convex, its coordinates up to 2^19 and exact.
@@ -133,7 +133,7 @@ pub(super) fn far_origin(sampler: &mut Sampler) -> Scene {
     let far = sampler.integer(0, 43);
     let offset = std::array::from_fn(|_| (sampler.integer(-(1 << 30), 1 << 30) * (1 << 14)) >> (43 - far));
     let lattice = Lattice::random(sampler).moved(offset);
-    OnLattice::convex(sampler, lattice).seen(sampler)
+    OnLattice::convex(sampler, lattice).with_receiver(sampler)
 }
 
 /// Inside the inner triangle, on an edge or at a vertex of it, by integer weights: exactly in the plane.

@@ -56,10 +56,10 @@ pub(super) fn dipping_screen(sampler: &mut Sampler) -> Scene {
     let [a, b, c] = [0, 1, 2].map(|k| scene.vertices[k]);
     let foot = if sampler.one_in(2) { a } else { inside(sampler, [a, b, c]) };
     let way = (scene.position - foot) * sampler.between(0.1, 0.5);
-    let off = if sampler.one_in(2) { 0.0 } else { sampler.sign() * sampler.spread(-52, -30) };
+    let offset = if sampler.one_in(2) { 0.0 } else { sampler.sign() * sampler.spread(-52, -30) };
     let aside = way.length();
     let mut over = || foot + way + sampler.direction() * (0.7 * aside);
-    scene.occluders.push(vec![foot + way * off, over(), over()]);
+    scene.occluders.push(vec![foot + way * offset, over(), over()]);
     scene
 }
 

@@ -227,8 +227,8 @@ fn screens_hide_what_they_are_meant_to() {
 
 #[test]
 fn occluders_are_of_any_scale_and_walls_stand_on_the_floor() {
-    let of = |p: &Problem| p.occluders[0].vertices().iter().map(|v| v.abs().max_element()).fold(0.0, f64::max);
-    let sizes: Vec<f64> = problems(Family::OtherScale).map(|p| of(&p)).collect();
+    let largest_coordinate = |p: &Problem| p.occluders[0].vertices().iter().map(|v| v.abs().max_element()).fold(0.0, f64::max);
+    let sizes: Vec<f64> = problems(Family::OtherScale).map(|p| largest_coordinate(&p)).collect();
     assert!(sizes.iter().any(|size| *size < 1e-40) && sizes.iter().any(|size| *size > 1e40));
     let feet = |p: &Problem| p.occluders[0].vertices().iter().filter(|v| v.z == p.receiver.position().z).count();
     assert!(problems(Family::Standing).all(|p| (1..=2).contains(&feet(&p)) && p.receiver.normal() == DVec3::Z));
@@ -272,23 +272,23 @@ fn an_occluder_hides_the_same_at_every_distance_and_its_gradient_is_inverse() {
         if size > 1.0 || held == 12 {
             continue;
         }
-        let at = |times: f64| {
+        let scaled_to = |times: f64| {
             let scaled = |v: &DVec3| *v * normalising_power(size) * times;
             let occluder = Polygon::new(problem.occluders[0].vertices().iter().map(scaled).collect()).expect("valid");
             Problem { occluders: vec![occluder], ..problem.clone() }
         };
-        let [far, near] = [-10, -11].map(|power| Truth::of_problem(&at(power_of_two(power))).expect("enclosed"));
+        let [far, near] = [-10, -11].map(|power| Truth::of_problem(&scaled_to(power_of_two(power))).expect("enclosed"));
         let gradient = |truth: &Truth| DVec3::from_array(truth.gradient.each_ref().map(Interval::to_f64));
         let of_occluder = gradient(&near) - gradient(&far);
         let of_emitter = gradient(&far) - of_occluder;
         for power in [60, 260, 660] {
-            let Problem { receiver, emitter, occluders, .. } = &at(power_of_two(-10 - power));
+            let Problem { receiver, emitter, occluders, .. } = &scaled_to(power_of_two(-10 - power));
             let answer = radgrad_core::evaluate_to(receiver, emitter, occluders, 1e-12).expect("an answer");
             let (least, _) = far.errors_at_least(answer.radiosity, answer.gradient);
             assert!(least <= answer.radiosity_error, "{answer:?}");
             let unit = power_of_two(-power);
-            let off = (answer.gradient * unit - (of_emitter * unit + of_occluder)).length();
-            assert!(off <= answer.gradient_error * unit + 1e-13 * of_occluder.length(), "{answer:?}");
+            let error = (answer.gradient * unit - (of_emitter * unit + of_occluder)).length();
+            assert!(error <= answer.gradient_error * unit + 1e-13 * of_occluder.length(), "{answer:?}");
         }
         held += 1;
     }
@@ -309,14 +309,14 @@ fn what_a_small_component_lets_see_is_as_its_square() {
         *constant *= power_of_two(580);
         let Problem { receiver, emitter, .. } = &case.problem().expect("valid");
         let answer = radgrad_core::evaluate_to(receiver, emitter, &[], 1e-12).expect("an answer");
-        let off = truth.radiosity_error(answer.radiosity * power_of_two(580));
+        let value_error = truth.radiosity_error(answer.radiosity * power_of_two(580));
         assert!(
-            off <= answer.radiosity_error * power_of_two(580) + 1e-15 * truth.radiosity_magnitude(),
+            value_error <= answer.radiosity_error * power_of_two(580) + 1e-15 * truth.radiosity_magnitude(),
             "{}: {answer:?}",
             case.id
         );
-        let off = truth.gradient_error(answer.gradient);
-        assert!(off <= answer.gradient_error + 1e-15 * truth.gradient_magnitude(), "{}: {answer:?}", case.id);
+        let gradient_error = truth.gradient_error(answer.gradient);
+        assert!(gradient_error <= answer.gradient_error + 1e-15 * truth.gradient_magnitude(), "{}: {answer:?}", case.id);
     }
 }
 
@@ -341,10 +341,10 @@ fn extremes_are_as_extreme_as_they_say() {
     };
     assert!(problems(Family::CancellingValues).take(100).any(|p| share(&p) < 1e-12));
     assert!(problems(Family::HundredVertices).take(20).all(|p| p.emitter.polygon().vertices().len() == 100));
-    let seen =
+    let answer =
         |p: &Problem, occluders: &[_]| radgrad_core::evaluate_to(&p.receiver, &p.emitter, occluders, 1e-9).expect("an answer");
     for problem in problems(Family::OccludersInPlane).take(100) {
-        let [free, past] = [&[][..], &problem.occluders].map(|occluders| seen(&problem, occluders));
+        let [free, past] = [&[][..], &problem.occluders].map(|occluders| answer(&problem, occluders));
         assert!((free.radiosity - past.radiosity).abs() <= free.radiosity_error + past.radiosity_error);
     }
 }

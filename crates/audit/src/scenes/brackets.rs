@@ -76,25 +76,25 @@ pub struct Brackets {
 
 impl Brackets {
     /// At least so many pairs, of as many scenes of each family, on all cores. `done` is called after each scene, from any thread.
-    pub fn of(families: &[Family], pairs: u64, seed: u64, done: impl Fn(Name, &Row) + Sync) -> Self {
-        let mut all = Self::default();
+    pub fn measure(families: &[Family], pairs: u64, seed: u64, done: impl Fn(Name, &Row) + Sync) -> Self {
+        let mut brackets = Self::default();
         // Each scene has a pair, but for families that have none at all.
         for index in (0..).take_while(|index| index <= &pairs) {
-            if all.pairs() >= pairs {
+            if brackets.pairs() >= pairs {
                 break;
             }
             let names: Vec<Name> = families.iter().map(|&family| Name { family, seed, index }).collect();
-            let found = on_all_cores(&names, |&name| {
-                let found = judged(&name.model(), seed, |entry| entry);
-                done(name, &found.0);
-                found
+            let rows = on_all_cores(&names, |&name| {
+                let judgement = judged(&name.model(), seed, |entry| entry);
+                done(name, &judgement.0);
+                judgement
             });
-            for (name, (row, outside)) in names.into_iter().zip(found) {
-                all.rows.entry(name.family).or_default().add(&row);
-                all.outside.extend(outside.into_iter().map(|said| Outside { name, said }));
+            for (name, (row, outside)) in names.into_iter().zip(rows) {
+                brackets.rows.entry(name.family).or_default().add(&row);
+                brackets.outside.extend(outside.into_iter().map(|said| Outside { name, said }));
             }
         }
-        all
+        brackets
     }
 
     /// Pairs tried.

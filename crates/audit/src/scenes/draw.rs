@@ -36,12 +36,12 @@ fn reversed(corners: &[DVec3]) -> Vec<DVec3> {
 
 /// The faces of a box, seen from inside or from outside: below, above, then y = low, high, x = low, high.
 fn cuboid(low: DVec3, high: DVec3, inside: bool) -> Vec<Vec<DVec3>> {
-    let at = |i: usize| {
+    let corner = |i: usize| {
         let pick = |bit: usize, l: f64, h: f64| if i >> bit & 1 == 1 { h } else { l };
         DVec3::new(pick(0, low.x, high.x), pick(1, low.y, high.y), pick(2, low.z, high.z))
     };
     let quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]];
-    let turned = |quad: [usize; 4]| if inside { quad.map(at).to_vec() } else { reversed(&quad.map(at)) };
+    let turned = |quad: [usize; 4]| if inside { quad.map(corner).to_vec() } else { reversed(&quad.map(corner)) };
     quads.into_iter().map(turned).collect()
 }
 

@@ -7,7 +7,7 @@ use radgrad_oracle::scene::Effort;
 use super::family::{Family, Name};
 use super::judge::{Ending, Judged, Verdict, judge};
 use super::model::{Expected, Model, Part};
-use super::statement::{Quantum, Said, Stated, Statement, Subject, ask};
+use super::statement::{Quantum, Response, Stated, Statement, Subject, ask};
 use super::workers::on_all_cores;
 
 /// A fault.
@@ -255,35 +255,36 @@ impl Fault {
     /// The statements with the fault in them.
     #[must_use]
     pub fn statements(self, said: &[Statement]) -> Vec<Statement> {
-        let mut all = said.to_vec();
-        let stated = |all: &mut [Statement], factor: f64| all.iter_mut().for_each(|one| one.stated = one.stated.times(factor));
+        let mut faulty = said.to_vec();
+        let stated =
+            |faulty: &mut [Statement], factor: f64| faulty.iter_mut().for_each(|one| one.stated = one.stated.times(factor));
         match self {
-            Self::EstimateHundredth => stated(&mut all, 0.01),
-            Self::BracketsNarrow => stated(&mut all, 1e-4),
-            Self::ValueLarge => all.iter_mut().for_each(|one| one.value *= 1.2),
-            Self::FieldOff => all.iter_mut().for_each(|one| one.value *= 1.0 + 1e-6),
+            Self::EstimateHundredth => stated(&mut faulty, 0.01),
+            Self::BracketsNarrow => stated(&mut faulty, 1e-4),
+            Self::ValueLarge => faulty.iter_mut().for_each(|one| one.value *= 1.2),
+            Self::FieldOff => faulty.iter_mut().for_each(|one| one.value *= 1.0 + 1e-6),
             Self::NotANumber => {
-                if let Some(one) = all.last_mut() {
+                if let Some(one) = faulty.last_mut() {
                     one.value = f64::NAN;
                 }
             }
             Self::PointsSwapped | Self::MeanOfPoint => {
-                let points: Vec<usize> = (0..all.len()).filter(|&i| matches!(all[i].of, Quantum::Point(..))).collect();
+                let points: Vec<usize> = (0..faulty.len()).filter(|&i| matches!(faulty[i].of, Quantum::Point(..))).collect();
                 let [from, to] = match (self, points.first(), points.last()) {
                     (Self::PointsSwapped, Some(&first), Some(&last)) => [first, last],
                     (_, Some(&first), _) => [first, 0],
-                    _ => return all,
+                    _ => return faulty,
                 };
-                (all[to].value, all[from].value) = (all[from].value, all[to].value);
+                (faulty[to].value, faulty[from].value) = (faulty[from].value, faulty[to].value);
             }
             Self::FactorsNotReciprocal => {
-                for one in all.iter_mut().filter(|one| matches!(one.of, Quantum::Reciprocity(..))) {
+                for one in faulty.iter_mut().filter(|one| matches!(one.of, Quantum::Reciprocity(..))) {
                     one.value += 5.0 * one.stated.size() + 1e-6;
                 }
             }
             Self::FactorsTransposed => {
-                let before = all.clone();
-                for one in &mut all {
+                let before = faulty.clone();
+                for one in &mut faulty {
                     if let Quantum::Factor(from, to) = one.of
                         && let Some(other) = before.iter().find(|other| other.of == Quantum::Factor(to, from))
                     {
@@ -292,14 +293,14 @@ impl Fault {
                 }
             }
             Self::FactorsDropped => {
-                let of_factors = all.iter_mut().filter(|one| matches!(one.of, Quantum::Factor(..)) && one.value > 0.0);
+                let of_factors = faulty.iter_mut().filter(|one| matches!(one.of, Quantum::Factor(..)) && one.value > 0.0);
                 for one in of_factors.step_by(100) {
                     (one.value, one.stated) = (0.0, Stated::Bound(0.0));
                 }
             }
             _ => {}
         }
-        all
+        faulty
     }
 }
 
@@ -399,7 +400,7 @@ fn look(fault: Fault, controls: &[Control]) -> Found {
             let said: Vec<Statement> = control.judged.iter().map(|one| one.statement).collect();
             let said = if given == control.model {
                 said
-            } else if let Said::Statements(said) = ask(&given, control.subject) {
+            } else if let Response::Statements(said) = ask(&given, control.subject) {
                 said
             } else {
                 continue;

@@ -80,7 +80,7 @@ impl Slope {
 ///
 /// # Errors
 /// If the solver refuses the scene or a point: why.
-pub fn of(model: &Model) -> Result<(Vec<Slope>, u64), String> {
+pub fn slopes(model: &Model) -> Result<(Vec<Slope>, u64), String> {
     if matches!(model.exact, Exact::Even(_)) {
         return Ok((Vec::new(), 0));
     }
@@ -105,14 +105,14 @@ pub fn of(model: &Model) -> Result<(Vec<Slope>, u64), String> {
     };
     let (mut slopes, mut rough) = (Vec::new(), 0);
     for ((probe, &(at, normal)), truths) in asked.iter().enumerate().zip(truths) {
-        let found = stated.gradient(at, normal).map_err(|error| error.to_string())?.irradiance;
+        let gradient = stated.gradient(at, normal).map_err(|error| error.to_string())?.irradiance;
         let irradiance = stated.gather(at, normal).map_err(|error| error.to_string())?.irradiance.irradiance;
         for (channel, truth) in truths.into_iter().enumerate() {
             match truth {
                 None => rough += 1,
                 Some(truth) if truth.length() * extent <= EVEN * irradiance[channel] => {}
                 Some(truth) => {
-                    let (gradient, estimate) = (found.gradient[channel], found.estimate[channel]);
+                    let (gradient, estimate) = (gradient.gradient[channel], gradient.estimate[channel]);
                     slopes.push(Slope { probe, channel, gradient, estimate, truth });
                 }
             }
@@ -139,12 +139,12 @@ fn more(model: &Model) -> Vec<Probe> {
 
 /// In each channel the central differences of a solution's irradiance at a point by the shorter step; none where they are rough.
 fn differences(solution: &Solution, (at, normal): (DVec3, DVec3), extent: f64) -> Result<Vec<Option<DVec3>>, String> {
-    let known = solution.gradient(at, normal).map_err(|error| error.to_string())?.irradiance;
+    let stated = solution.gradient(at, normal).map_err(|error| error.to_string())?.irradiance;
     let u = normal.any_orthonormal_vector();
     let gather = |place: DVec3| solution.gather(place, normal).map(|found| found.irradiance.irradiance);
     let mut by_step = Vec::new();
     for step in STEPS {
-        let mut sums = vec![DVec3::ZERO; known.gradient.len()];
+        let mut sums = vec![DVec3::ZERO; stated.gradient.len()];
         for way in [u, normal.cross(u)].map(|way| way * (step * extent)) {
             // Beyond the edge of a face there is nothing to see.
             let (Ok(after), Ok(before)) = (gather(at + way), gather(at - way)) else { return Ok(vec![None; sums.len()]) };
@@ -155,12 +155,12 @@ fn differences(solution: &Solution, (at, normal): (DVec3, DVec3), extent: f64) -
     }
     let truth = |channel: usize| {
         let [near, far] = [&by_step[0], &by_step[1]].map(|sums| sums[channel]);
-        let is_known = known.estimate[channel] <= ROUGH * near.length() && (near - far).length() <= SMOOTH * near.length();
+        let is_known = stated.estimate[channel] <= ROUGH * near.length() && (near - far).length() <= SMOOTH * near.length();
         // Even light is known to be even without that.
-        let is_even = (near.length() + known.estimate[channel]) * extent <= EVEN * solution.mean()[channel];
+        let is_even = (near.length() + stated.estimate[channel]) * extent <= EVEN * solution.mean()[channel];
         (is_known || is_even).then_some(near)
     };
-    Ok((0..known.gradient.len()).map(truth).collect())
+    Ok((0..stated.gradient.len()).map(truth).collect())
 }
 
 /// The gradients of a family.
@@ -199,32 +199,32 @@ pub struct Gradients {
 
 impl Gradients {
     /// Of so many scenes, shared among the families. `done` is called after each.
-    pub fn of(families: &[Family], scenes: u64, seed: u64, done: impl Fn(Name)) -> Self {
+    pub fn measure(families: &[Family], scenes: u64, seed: u64, done: impl Fn(Name)) -> Self {
         let each = scenes.div_ceil(families.len().max(1) as u64);
-        let mut all = Self::default();
+        let mut gradients = Self::default();
         for name in (0..each).flat_map(|index| families.iter().map(move |&family| Name { family, seed, index })) {
-            let row = all.rows.entry(name.family).or_default();
+            let row = gradients.rows.entry(name.family).or_default();
             row.scenes += 1;
             let mut model = name.model();
             model.probes.extend(more(&model));
-            match of(&model) {
+            match slopes(&model) {
                 Ok((slopes, rough)) => {
                     row.rough += rough;
                     row.errors.extend(slopes.iter().map(Slope::error));
-                    let off = slopes.iter().filter(|slope| slope.error() > EXACT);
-                    row.estimates.extend(off.map(Slope::estimate_over_error));
-                    all.beyond.extend(slopes.iter().filter(|slope| !slope.is_within()).map(|&slope| (name, slope)));
+                    let inexact = slopes.iter().filter(|slope| slope.error() > EXACT);
+                    row.estimates.extend(inexact.map(Slope::estimate_over_error));
+                    gradients.beyond.extend(slopes.iter().filter(|slope| !slope.is_within()).map(|&slope| (name, slope)));
                 }
                 Err(why) => {
                     row.refused += 1;
                     if model.expected == Expected::Answer {
-                        all.failed.push((name, why));
+                        gradients.failed.push((name, why));
                     }
                 }
             }
             done(name);
         }
-        all
+        gradients
     }
 
     /// The gradients that have a truth.
@@ -285,9 +285,9 @@ mod tests {
 
     #[test]
     fn gradients_between_rectangles_are_their_exact_slopes() {
-        let all = Gradients::of(&[Family::Facing, Family::Strips], 2, 3, |_| ());
-        assert!(all.count() >= 16, "{:?}", all.rows);
-        let worst = all.rows.values().flat_map(|row| &row.errors).copied().fold(0.0, largest);
+        let gradients = Gradients::measure(&[Family::Facing, Family::Strips], 2, 3, |_| ());
+        assert!(gradients.count() >= 16, "{:?}", gradients.rows);
+        let worst = gradients.rows.values().flat_map(|row| &row.errors).copied().fold(0.0, largest);
         assert!(worst <= 1e-3, "{worst}");
     }
 }

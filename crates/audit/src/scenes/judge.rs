@@ -6,7 +6,7 @@ use radgrad_oracle::scene::{Effort, Known};
 use radgrad_scene::Quantity;
 
 use super::model::{Change, Exact, Expected, Model};
-use super::statement::{Quantum, Said, Stated, Statement, Subject, ask};
+use super::statement::{Quantum, Response, Stated, Statement, Subject, ask};
 use super::truth::{Sharpness, Truth};
 
 /// Half-width of a truth, relative to the mean reflected radiosity and a hundredth of the mean emitted one (to 1 for form factors),
@@ -92,10 +92,10 @@ impl Judged {
             Stated::Estimate(estimate) => (statement.value, statement.value, ESTIMATES * estimate, Verdict::Off),
             Stated::Limits { low, high, delta } => (low, high, 0.0, if delta < RARE { Verdict::Broken } else { Verdict::Missed }),
         };
-        let off = (known.interval.low - high).max(low - known.interval.high);
+        let distance = (known.interval.low - high).max(low - known.interval.high);
         let verdict = if !sound {
             Verdict::Broken
-        } else if off > most {
+        } else if distance > most {
             beyond
         } else if half > most && half > ROUGH * scale {
             Verdict::Rough
@@ -138,8 +138,8 @@ pub(crate) fn judge_certificates(model: &Model, solved: &Outcome, effort: (&Effo
         of_it.map(|Judged { known, scale, .. }| Judged::new(*statement, *known, *scale))
     };
     outcome(model, Subject::Certificate, |statements| {
-        let all: Option<_> = statements.iter().map(one).collect();
-        all.map_or_else(|| judged(model, Subject::Certificate, statements, effort), Ending::Judged)
+        let every_verdict: Option<_> = statements.iter().map(one).collect();
+        every_verdict.map_or_else(|| judged(model, Subject::Certificate, statements, effort), Ending::Judged)
     })
 }
 
@@ -149,16 +149,16 @@ fn outcome(model: &Model, subject: Subject, judged: impl Fn(&[Statement]) -> End
     let said = ask(model, subject);
     let answer = start.elapsed();
     let ending = match said {
-        Said::Panicked => Ending::Panicked,
-        Said::Refused(why) => Ending::Refused(why),
-        Said::Statements(_) if model.expected == Expected::Refusal && subject == Subject::Solve => Ending::NotRefused,
-        Said::Statements(statements) => other_digits(model, subject, &statements).unwrap_or_else(|| judged(&statements)),
+        Response::Panicked => Ending::Panicked,
+        Response::Refused(why) => Ending::Refused(why),
+        Response::Statements(_) if model.expected == Expected::Refusal && subject == Subject::Solve => Ending::NotRefused,
+        Response::Statements(statements) => other_digits(model, subject, &statements).unwrap_or_else(|| judged(&statements)),
     };
     Outcome { ending, answer, truth: start.elapsed().saturating_sub(answer) }
 }
 
 fn judged(model: &Model, subject: Subject, statements: &[Statement], effort: (&Effort, Sharpness)) -> Ending {
-    let truth = match Truth::of(model, subject, statements, effort) {
+    let truth = match Truth::compute(model, subject, statements, effort) {
         Ok(truth) => truth,
         Err(error) => return Ending::NoTruth(error.to_string()),
     };
@@ -166,13 +166,13 @@ fn judged(model: &Model, subject: Subject, statements: &[Statement], effort: (&E
         Quantum::Mean(channel) | Quantum::Point(_, channel) => truth.scale[channel],
         _ => 1.0,
     };
-    let most = match model.exact {
+    let tolerance = match model.exact {
         Exact::Even(value) if subject == Subject::Solve && !model.has_grid(Quantity::Reflectance) => EVEN * value,
         _ => f64::INFINITY,
     };
     let judged = |(statement, known): (&Statement, &Known)| {
         let one = Judged::new(*statement, *known, scale(statement));
-        let is_even = (statement.value - known.value).abs() <= most;
+        let is_even = (statement.value - known.value).abs() <= tolerance;
         Judged { verdict: if is_even { one.verdict } else { Verdict::Broken }, ..one }
     };
     Ending::Judged(statements.iter().zip(&truth.known).map(judged).collect())
@@ -184,7 +184,7 @@ fn other_digits(model: &Model, subject: Subject, statements: &[Statement]) -> Op
         return None;
     }
     let unchanged = Model { change: Change::None, ..model.clone() };
-    let Said::Statements(before) = ask(&unchanged, subject) else { return None };
+    let Response::Statements(before) = ask(&unchanged, subject) else { return None };
     let same = |(now, before): &(&Statement, &Statement)| now.value.to_bits() == before.value.to_bits();
     statements.iter().zip(&before).find(|pair| !same(pair)).map(|(now, before)| Ending::OtherDigits(*now, before.value))
 }

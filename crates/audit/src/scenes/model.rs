@@ -152,7 +152,7 @@ impl Model {
             let radiance: Vec<f64> = part.emitted.iter().map(|emitted| emitted / PI).collect();
             let material = scene.add_material(format!("m{index}"), part.reflectance.clone(), radiance)?;
             let surface = scene.add_surface(format!("f{index}"));
-            let corners = part.corners.iter().map(|&corner| self.change.of(corner)).collect();
+            let corners = part.corners.iter().map(|&corner| self.change.apply(corner)).collect();
             let polygon = Polygon::new(corners).map_err(radgrad_scene::Error::Face)?;
             for grid in &part.grids {
                 let channels = self.channels();
@@ -172,17 +172,17 @@ impl Model {
     /// # Errors
     /// If a face is no polygon.
     pub fn asked(&self) -> Result<Vec<(DVec3, DVec3)>, radgrad_core::Error> {
-        let of = |probe: &Probe| {
+        let placed = |probe: &Probe| {
             let normal = Polygon::new(self.parts[probe.part].corners.clone())?.normal();
-            Ok((self.change.of(probe.position), self.change.turned(normal)))
+            Ok((self.change.apply(probe.position), self.change.turned(normal)))
         };
-        self.probes.iter().map(of).collect()
+        self.probes.iter().map(placed).collect()
     }
 
     /// What is seen of each face where others lie on it: its index, and the outline of each piece.
     #[must_use]
-    pub fn seen(&self) -> Vec<(usize, Vec<DVec3>)> {
-        written::seen(&self.parts)
+    pub fn visible_pieces(&self) -> Vec<(usize, Vec<DVec3>)> {
+        written::visible_pieces(&self.parts)
     }
 
     /// A channel of the unchanged scene as the oracle takes it: a face for each of [`Self::seen`].
@@ -200,14 +200,14 @@ impl Model {
                 oracle::Pattern::new(move |at| {
                     let place = along(at - origin, sides);
                     grids.iter().fold([reflectance, emitted], |[reflectance, emitted], grid| match grid.quantity {
-                        Quantity::Reflectance => [reflectance * grid.at(place), emitted],
-                        Quantity::Radiance => [reflectance, emitted * grid.at(place)],
+                        Quantity::Reflectance => [reflectance * grid.value_at(place), emitted],
+                        Quantity::Radiance => [reflectance, emitted * grid.value_at(place)],
                     })
                 })
             });
             Ok(oracle::Face { polygon, reflectance, emitted, exchanges: true, pattern })
         };
-        let faces: Result<Vec<_>, radgrad_core::Error> = self.seen().into_iter().map(face).collect();
+        let faces: Result<Vec<_>, radgrad_core::Error> = self.visible_pieces().into_iter().map(face).collect();
         Ok(oracle::Scene::new(faces?)?)
     }
 
@@ -234,13 +234,13 @@ impl Model {
         // Writing to a string does not fail.
         for (index, part) in self.parts.iter().enumerate() {
             let value = |values: &[f64], unit: f64| {
-                let of = |channel: usize| format!("{:?}", values[channel.min(values.len() - 1)] * unit);
-                [0, 1, 2].map(of).join(" ")
+                let written_value = |channel: usize| format!("{:?}", values[channel.min(values.len() - 1)] * unit);
+                [0, 1, 2].map(written_value).join(" ")
             };
             let (kd, ke) = (value(&part.reflectance, 1.0), value(&part.emitted, 1.0 / PI));
             let _ = writeln!(mtl, "newmtl m{index}\nKd {kd}\nKe {ke}");
             let _ = writeln!(obj, "g f{index}\nusemtl m{index}");
-            let corners = part.corners.iter().map(|&corner| self.change.of(corner));
+            let corners = part.corners.iter().map(|&corner| self.change.apply(corner));
             obj += &written::vertices(corners, |coordinate| self.change.text(coordinate));
             let places: Vec<String> = (1..=part.corners.len()).rev().map(|place| format!("-{place}")).collect();
             let _ = writeln!(obj, "f {}", places.join(" "));
@@ -270,7 +270,7 @@ fn along(at: DVec3, [a, b]: [DVec3; 2]) -> [f64; 2] {
 }
 
 impl Grid {
-    fn at(&self, place: [f64; 2]) -> f64 {
+    fn value_at(&self, place: [f64; 2]) -> f64 {
         let texel = |axis: usize| {
             let count = self.size[axis];
             (0..count).rev().find(|&k| place[axis] * count as f64 >= k as f64).unwrap_or(0)
@@ -291,7 +291,7 @@ impl Change {
         }
     }
 
-    fn of(self, point: DVec3) -> DVec3 {
+    fn apply(self, point: DVec3) -> DVec3 {
         match self {
             Self::None => point,
             Self::Scale(factor) => point * factor,

@@ -127,7 +127,7 @@ pub struct Statement {
 
 /// An answer.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Said {
+pub enum Response {
     /// Statements.
     Statements(Vec<Statement>),
     /// None, and why.
@@ -147,7 +147,7 @@ const CELLS: usize = 2;
 
 /// The statements about a scene.
 #[must_use]
-pub fn ask(model: &Model, subject: Subject) -> Said {
+pub fn ask(model: &Model, subject: Subject) -> Response {
     let answer = || -> Result<Vec<Statement>, String> {
         let scene = model.scene().map_err(|error| error.to_string())?;
         match subject {
@@ -164,9 +164,9 @@ pub fn ask(model: &Model, subject: Subject) -> Said {
         }
     };
     match catch_unwind(AssertUnwindSafe(answer)) {
-        Ok(Ok(statements)) => Said::Statements(statements),
-        Ok(Err(why)) => Said::Refused(why),
-        Err(_) => Said::Panicked,
+        Ok(Ok(statements)) => Response::Statements(statements),
+        Ok(Err(why)) => Response::Refused(why),
+        Err(_) => Response::Panicked,
     }
 }
 
@@ -176,9 +176,9 @@ pub fn ask(model: &Model, subject: Subject) -> Said {
 /// If there is no answer: why.
 pub(crate) fn recorded(model: &Model, subject: Subject) -> Result<Vec<(f64, f64)>, String> {
     match ask(model, subject) {
-        Said::Statements(statements) => Ok(statements.iter().map(|s| (s.value, s.stated.size())).collect()),
-        Said::Refused(why) => Err(why),
-        Said::Panicked => Err("it panicked".to_owned()),
+        Response::Statements(statements) => Ok(statements.iter().map(|s| (s.value, s.stated.size())).collect()),
+        Response::Refused(why) => Err(why),
+        Response::Panicked => Err("it panicked".to_owned()),
     }
 }
 
@@ -277,8 +277,8 @@ fn field(model: &Model, scene: &Scene) -> Result<Vec<Statement>, String> {
         let surface = scene.faces()[face].surface();
         let cells = factors.field(surface, CELLS, &lamps, radgrad_core::DEFAULT_TOLERANCE, || ());
         for cell in cells.map_err(|error| error.to_string())? {
-            let of = Quantum::Cell(face, model.change.undone(cell.centre).to_array().map(f64::to_bits));
-            statements.push(Statement { of, value: cell.value, stated: Stated::Bound(cell.value_error) });
+            let quantum = Quantum::Cell(face, model.change.undone(cell.centre).to_array().map(f64::to_bits));
+            statements.push(Statement { of: quantum, value: cell.value, stated: Stated::Bound(cell.value_error) });
         }
     }
     Ok(statements)

@@ -116,11 +116,17 @@ pub struct Table {
 
 impl Table {
     /// So many scenes, shared among the families, on all cores. `done` is called after each, from any thread, with what is wrong with it.
-    pub fn of(families: &[Family], cases: u64, seed: u64, effort: &Effort, done: impl Fn(Name, &[Violation]) + Sync) -> Self {
+    pub fn measure(
+        families: &[Family],
+        cases: u64,
+        seed: u64,
+        effort: &Effort,
+        done: impl Fn(Name, &[Violation]) + Sync,
+    ) -> Self {
         let each = cases.div_ceil(families.len().max(1) as u64);
         let names: Vec<Name> =
             (0..each).flat_map(|index| families.iter().map(move |&family| Name { family, seed, index })).collect();
-        let of = |&name: &Name| {
+        let judge_scene = |&name: &Name| {
             let model = name.model();
             let effort = (effort, Sharpness::OfEstimates);
             let mut outcomes: Vec<(Subject, Outcome)> = Vec::new();
@@ -139,7 +145,7 @@ impl Table {
             done(name, &violations);
             (name, model.expected, outcomes, violations)
         };
-        let outcomes = on_all_cores(&names, of);
+        let outcomes = on_all_cores(&names, judge_scene);
         let mut table = Self::default();
         for (name, expected, outcomes, violations) in outcomes {
             table.violations.extend(violations);

@@ -58,7 +58,7 @@ impl Truth {
     ///
     /// # Errors
     /// If the oracle refuses the scene.
-    pub fn of(
+    pub fn compute(
         model: &Model,
         subject: Subject,
         statements: &[Statement],
@@ -100,7 +100,7 @@ impl Truth {
             at_points.push(points);
         }
         let scale = |mean: &Mean| mean.reflected.value + 0.01 * mean.emitted;
-        let known = |statement: &Statement| match statement.of {
+        let truth_of = |statement: &Statement| match statement.of {
             Quantum::Mean(channel) => {
                 let Mean { emitted, reflected } = means[channel];
                 let plus = |x: f64| emitted + x;
@@ -110,41 +110,41 @@ impl Truth {
             Quantum::Point(probe, channel) => rounded(at_points[channel][probe]),
             _ => unknown(),
         };
-        Ok(Self { scale: means.iter().map(scale).collect(), known: statements.iter().map(known).collect() })
+        Ok(Self { scale: means.iter().map(scale).collect(), known: statements.iter().map(truth_of).collect() })
     }
 
     fn of_factors(model: &Model, statements: &[Statement], effort: &Effort) -> Result<Self, Error> {
         let scene = model.oracle(0)?;
-        let seen = model.seen();
+        let pieces = model.visible_pieces();
         let mut areas = vec![0.0; model.parts.len()];
-        seen.iter().zip(scene.faces()).for_each(|((part, _), face)| areas[*part] += face.polygon.area());
+        pieces.iter().zip(scene.faces()).for_each(|((part, _), face)| areas[*part] += face.polygon.area());
         // The factors of a face are the means of those of its pieces, and each is the sum of those to the pieces of the other.
         let mut factors = vec![vec![around(0.0, 0.0); model.parts.len()]; model.parts.len()];
-        for (face, (from, _)) in seen.iter().enumerate() {
+        for (face, (from, _)) in pieces.iter().enumerate() {
             let share = scene.faces()[face].polygon.area() / areas[*from];
-            for (known, (to, _)) in scene.sights(face, SIGHTS, effort.seed, effort.confidence)?.into_iter().zip(&seen) {
+            for (known, (to, _)) in scene.sights(face, SIGHTS, effort.seed, effort.confidence)?.into_iter().zip(&pieces) {
                 factors[*from][*to] = plus(factors[*from][*to], share, known);
             }
         }
-        let known = |statement: &Statement| match statement.of {
+        let truth_of = |statement: &Statement| match statement.of {
             Quantum::Factor(from, to) => factors[from][to],
             Quantum::Reciprocity(..) => around(0.0, 0.0),
             Quantum::RowSum(_) => around(1.0, 0.0),
             _ => unknown(),
         };
-        Ok(Self { scale: Vec::new(), known: statements.iter().map(known).collect() })
+        Ok(Self { scale: Vec::new(), known: statements.iter().map(truth_of).collect() })
     }
 
     fn of_field(model: &Model, statements: &[Statement], effort: &Effort) -> Result<Self, Error> {
         let scene = model.oracle(0)?;
-        let known = |statement: &Statement| match statement.of {
+        let truth_of = |statement: &Statement| match statement.of {
             Quantum::Cell(face, at) => {
                 let point = Point { face, position: DVec3::from(at.map(f64::from_bits)) };
                 Ok(rounded(enclosed(&scene, &point, effort)?))
             }
             _ => Ok(unknown()),
         };
-        Ok(Self { scale: Vec::new(), known: statements.iter().map(known).collect::<Result<_, Error>>()? })
+        Ok(Self { scale: Vec::new(), known: statements.iter().map(truth_of).collect::<Result<_, Error>>()? })
     }
 }
 
@@ -180,14 +180,14 @@ fn as_sharp_as_estimates(
         estimates.all(|estimate| 0.5 * known.interval.width() <= OF_ESTIMATE * estimate)
     };
     let is_mean_told = is_told(&truth.reflected, Quantum::Mean(channel));
-    let left: Vec<usize> =
+    let untold: Vec<usize> =
         (0..points.len()).filter(|&probe| !is_told(&truth.points[probe], Quantum::Point(probe, channel))).collect();
-    if is_mean_told && left.is_empty() {
+    if is_mean_told && untold.is_empty() {
         return Ok(truth);
     }
-    let asked: Vec<Point> = left.iter().map(|&probe| points[probe]).collect();
+    let asked: Vec<Point> = untold.iter().map(|&probe| points[probe]).collect();
     let sharper = scene.truth(&asked, &Effort { rays: if is_mean_told { 1 } else { effort.rays }, ..effort })?;
-    left.into_iter().zip(sharper.points).for_each(|(probe, known)| truth.points[probe] = known);
+    untold.into_iter().zip(sharper.points).for_each(|(probe, known)| truth.points[probe] = known);
     if !is_mean_told {
         truth.reflected = sharper.reflected;
     }

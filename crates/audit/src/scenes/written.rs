@@ -76,15 +76,15 @@ impl Window {
     /// Its corners in a parallelogram.
     #[must_use]
     pub fn corners(&self, of: &[DVec3]) -> Vec<DVec3> {
-        let at = |x: f64, y: f64| of[0] + (of[1] - of[0]) * x + (of[3] - of[0]) * y;
+        let point = |x: f64, y: f64| of[0] + (of[1] - of[0]) * x + (of[3] - of[0]) * y;
         let ([x0, y0], [x1, y1]) = (self.low, self.high);
-        vec![at(x0, y0), at(x1, y0), at(x1, y1), at(x0, y1)]
+        vec![point(x0, y0), point(x1, y0), point(x1, y1), point(x0, y1)]
     }
 
     /// The window that is `inner` of this one.
     fn within(&self, inner: &Self) -> Self {
-        let at = |place: [f64; 2]| [0, 1].map(|k| self.low[k] + (self.high[k] - self.low[k]) * place[k]);
-        Self { low: at(inner.low), high: at(inner.high) }
+        let place_within = |place: [f64; 2]| [0, 1].map(|k| self.low[k] + (self.high[k] - self.low[k]) * place[k]);
+        Self { low: place_within(inner.low), high: place_within(inner.high) }
     }
 
     /// What is left of it around another: below, above, before and behind.
@@ -92,13 +92,13 @@ impl Window {
         let clipped = |place: [f64; 2]| [0, 1].map(|k| place[k].clamp(self.low[k], self.high[k]));
         let ([x0, y0], [x1, y1]) = (clipped(hole.low), clipped(hole.high));
         let Self { low, high } = *self;
-        let all = [
+        let sides = [
             Self { low, high: [high[0], y0] },
             Self { low: [low[0], y1], high },
             Self { low: [low[0], y0], high: [x0, y1] },
             Self { low: [x1, y0], high: [high[0], y1] },
         ];
-        all.into_iter().filter(|one| one.low[0] < one.high[0] && one.low[1] < one.high[1]).collect()
+        sides.into_iter().filter(|one| one.low[0] < one.high[0] && one.low[1] < one.high[1]).collect()
     }
 }
 
@@ -122,7 +122,7 @@ impl Lies {
 }
 
 /// What is seen of each face, where others lie on it: the index of the face, and the outline of a piece.
-pub(super) fn seen(parts: &[Part]) -> Vec<(usize, Vec<DVec3>)> {
+pub(super) fn visible_pieces(parts: &[Part]) -> Vec<(usize, Vec<DVec3>)> {
     let pieces = |(index, part): (usize, &Part)| {
         let holes: Vec<Window> =
             parts.iter().filter_map(|other| other.lies).filter(|lies| lies.on == index).map(|lies| lies.at).collect();

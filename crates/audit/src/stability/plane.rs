@@ -67,7 +67,7 @@ impl Axis {
     }
 
     /// The parameter at step `index` of `count`, both ends among them. Powers of two are whole ones, and exact.
-    fn at(self, index: u32, count: u32) -> f64 {
+    fn value(self, index: u32, count: u32) -> f64 {
         let [from, to] = self.ends;
         let exponent = from + (to - from) * f64::from(index) / f64::from((count - 1).max(1));
         if self.base == 2.0 {
@@ -130,9 +130,9 @@ impl Plane {
 
     /// The parameters of a point of a grid.
     #[must_use]
-    pub fn at(self, [column, row]: [u32; 2], [columns, rows]: [u32; 2]) -> [f64; 2] {
+    pub fn values(self, [column, row]: [u32; 2], [columns, rows]: [u32; 2]) -> [f64; 2] {
         let [x, y] = self.axes();
-        [x.at(column, columns), y.at(row, rows)]
+        [x.value(column, columns), y.value(row, rows)]
     }
 
     /// The case at a point.
@@ -201,9 +201,9 @@ mod tests {
 
     #[test]
     fn the_ends_of_the_axes_are_points_of_a_grid() {
-        let at = |place| Plane::DistanceHeight.at(place, [3, 5]);
-        assert!((at([0, 0])[0] / 1e-3 - 1.0).abs() < 1e-14 && (at([2, 4])[1] / 1e4 - 1.0).abs() < 1e-14);
-        assert_eq!(Plane::ScaleDistance.at([0, 0], [3, 3])[0], power_of_two(-900));
+        let values = |place| Plane::DistanceHeight.values(place, [3, 5]);
+        assert!((values([0, 0])[0] / 1e-3 - 1.0).abs() < 1e-14 && (values([2, 4])[1] / 1e4 - 1.0).abs() < 1e-14);
+        assert_eq!(Plane::ScaleDistance.values([0, 0], [3, 3])[0], power_of_two(-900));
     }
 
     #[test]

@@ -124,7 +124,7 @@ mod tests {
     const TEXT: &str = "[a]\nat-most = 2.0\nfound = 1.5\naim = 1.0\n[b]\nat-least = 10.0\nfound = 12.0\naim = 20.0\n";
 
     fn ratio(name: &'static str, median: f64) -> Ratio {
-        Ratio { name, spread: Spread::of(vec![median]) }
+        Ratio { name, spread: Spread::quartiles(vec![median]) }
     }
 
     #[test]

@@ -22,8 +22,8 @@ const SHARED: usize = 262_144;
 pub(crate) fn speedups() -> Result<Vec<Ratio>, Box<dyn Error>> {
     let cases = one_emitter(Kind::Constant)?;
     let emitter = &cases[0].emitter;
-    let (double, single) = (Columns::of(&cases, BATCH, |number| number), Columns::of(&cases, BATCH, single));
-    let many = Columns::of(&cases, SHARED, |number| number);
+    let (double, single) = (Columns::repeat(&cases, BATCH, |number| number), Columns::repeat(&cases, BATCH, single));
+    let many = Columns::repeat(&cases, SHARED, |number| number);
     let (double, single, many) = (double.receivers()?, single.receivers()?, many.receivers()?);
     let (mut answers, mut fewer_digits, mut shared) = (Answers::new(), Answers::<f32>::new(), Answers::new());
     let engine = Engine::new();
@@ -78,7 +78,7 @@ const ADDITIONS: u32 = 2_000_000;
 pub(crate) fn linear_speedups() -> Result<Vec<Ratio>, Box<dyn Error>> {
     let cases = one_emitter(Kind::Linear)?;
     let emitter = &cases[0].emitter;
-    let columns = Columns::of(&cases, BATCH, |number| number);
+    let columns = Columns::repeat(&cases, BATCH, |number| number);
     let (receivers, engine) = (columns.receivers()?, Engine::new());
     let (mut plain, mut bounded) = (Answers::new(), Answers::new());
     engine.radiosity_and_gradient(&receivers, emitter, &mut plain)?;
@@ -134,7 +134,7 @@ const FAR_NODE: f64 = 0.1;
 pub(crate) fn many_emitters() -> Result<Ratio, Box<dyn Error>> {
     let lamps = room()?;
     let (tree, emitters) = (EmitterTree::new(&lamps), Emitters::<f64>::new(&lamps));
-    let columns = Columns::of(&receivers()?, RECEIVERS as usize, |number| number);
+    let columns = Columns::repeat(&receivers()?, RECEIVERS as usize, |number| number);
     let (receivers, mut answers) = (columns.receivers()?, Answers::new());
     let engine = Engine::new();
     let truths = one_by_one(&emitters)?;
@@ -149,7 +149,7 @@ pub(crate) fn many_emitters() -> Result<Ratio, Box<dyn Error>> {
     }
     let pairs = lamps.len() as f64 * f64::from(RECEIVERS);
     let evaluations = tally.alone as f64 + FAR_NODE * tally.far_nodes as f64;
-    Ok(Ratio { name: "many_emitters_saving", spread: Spread::of(vec![pairs / evaluations]) })
+    Ok(Ratio { name: "many_emitters_saving", spread: Spread::quartiles(vec![pairs / evaluations]) })
 }
 
 fn room() -> Result<Vec<Emitter>, radgrad_core::Error> {
@@ -157,9 +157,9 @@ fn room() -> Result<Vec<Emitter>, radgrad_core::Error> {
     let walls = [(DVec3::ZERO, x, y), (z, y, x), (DVec3::ZERO, y, z), (x, z, y), (DVec3::ZERO, z, x), (y, x, z)];
     let cells = walls.into_iter().flat_map(|wall| (0..CELLS * CELLS).map(move |cell| (wall, cell)));
     let lamp = |((corner, a, b), cell): ((DVec3, DVec3, DVec3), u32)| {
-        let at = |i: u32, j: u32| corner + (a * f64::from(i) + b * f64::from(j)) / f64::from(CELLS);
+        let corner = |i: u32, j: u32| corner + (a * f64::from(i) + b * f64::from(j)) / f64::from(CELLS);
         let (i, j) = (cell % CELLS, cell / CELLS);
-        let polygon = Polygon::new(vec![at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)])?;
+        let polygon = Polygon::new(vec![corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)])?;
         Emitter::new(polygon, Emission::Constant(0.1 + varied::between_0_and_1(cell, 0)))
     };
     cells.map(lamp).collect()

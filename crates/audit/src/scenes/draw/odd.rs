@@ -61,7 +61,7 @@ fn light(room: &mut Room, s: &mut Sampler) {
 /// Adds one thing; perhaps a point of the floor that is near it.
 fn add_oddity(room: &mut Room, s: &mut Sampler) -> Option<DVec3> {
     let size = room.size;
-    let at = DVec3::new(s.between(0.1, 0.6), s.between(0.1, 0.6), 0.0) * size;
+    let origin = DVec3::new(s.between(0.1, 0.6), s.between(0.1, 0.6), 0.0) * size;
     let (u, v) = (DVec3::X * s.between(0.1, 0.3), DVec3::Y * s.between(0.1, 0.3));
     let up = DVec3::Z * (s.between(0.1, 0.5) * size.z);
     let (rho, back) = (s.between(0.0, 0.9), s.between(0.0, 0.9));
@@ -69,40 +69,40 @@ fn add_oddity(room: &mut Room, s: &mut Sampler) -> Option<DVec3> {
         room.add(reversed(&corners), back, 0.0);
         room.add(corners, rho, 0.0);
     };
-    let middle = at + (u + v) * 0.5;
+    let middle = origin + (u + v) * 0.5;
     match s.below(16) {
         0 => {
             // It hovers over the floor.
             let gap = DVec3::Z * s.spread(-45, -3);
-            both(room, quad(at + gap, v, u));
+            both(room, quad(origin + gap, v, u));
             Some(middle + u * s.between(-1.0, 1.0))
         }
         1 => {
             // It stands on the floor, seen from both sides or from one.
-            let corners = quad(at, u + v * s.between(-1.0, 1.0), up);
+            let corners = quad(origin, u + v * s.between(-1.0, 1.0), up);
             if s.one_in(2) {
                 both(room, corners);
             } else {
                 room.add(corners, rho, 0.0);
             }
-            Some(at + v * s.between(-0.2, 0.2))
+            Some(origin + v * s.between(-0.2, 0.2))
         }
         2 => {
             // It goes through the floor.
-            both(room, quad(at - up * s.between(0.1, 0.9), u + v * s.between(-1.0, 1.0), up));
-            Some(at + v * s.between(-0.2, 0.2))
+            both(room, quad(origin - up * s.between(0.1, 0.9), u + v * s.between(-1.0, 1.0), up));
+            Some(origin + v * s.between(-0.2, 0.2))
         }
         3 => {
             // Two cross.
-            both(room, quad(at + up * 0.2, u, up));
-            let start = at + up * 0.2 + u * s.between(0.2, 0.8) - v * 0.5;
+            both(room, quad(origin + up * 0.2, u, up));
+            let start = origin + up * 0.2 + u * s.between(0.2, 0.8) - v * 0.5;
             both(room, quad(start, v, up * s.between(0.3, 1.0)));
             Some(middle)
         }
         4 => {
             // A lamp in a shade with cracks.
             let crack = s.spread(-30, -4);
-            let (low, high) = (at + up, at + up + u + v + DVec3::Z * (0.2 * size.z));
+            let (low, high) = (origin + up, origin + up + u + v + DVec3::Z * (0.2 * size.z));
             for corners in cuboid(low, high, false).into_iter().skip(1) {
                 let normal = (corners[1] - corners[0]).cross(corners[2] - corners[1]);
                 let by = normal / normal.length() * crack;
@@ -115,7 +115,7 @@ fn add_oddity(room: &mut Room, s: &mut Sampler) -> Option<DVec3> {
         }
         5 => {
             // A closed box with a lamp in it: nothing of that gets out.
-            let (low, high) = (at + up * 0.1, at + up + u + v);
+            let (low, high) = (origin + up * 0.1, origin + up + u + v);
             for corners in cuboid(low, high, false) {
                 room.add(corners, rho, 0.0);
             }
@@ -127,13 +127,13 @@ fn add_oddity(room: &mut Room, s: &mut Sampler) -> Option<DVec3> {
         6 => {
             // A needle.
             let thin = s.direction() * s.spread(-40, -8);
-            let corners = vec![at + up, at + up + u + v, at + up + thin];
+            let corners = vec![origin + up, origin + up + u + v, origin + up + thin];
             both(room, corners);
             None
         }
         7 => {
             // A box with a bottom that stands on the floor.
-            for corners in cuboid(at, at + u + v + up, false) {
+            for corners in cuboid(origin, origin + u + v + up, false) {
                 room.add(corners, rho, 0.0);
             }
             Some(middle + u * s.between(-1.0, 1.0))
@@ -141,13 +141,13 @@ fn add_oddity(room: &mut Room, s: &mut Sampler) -> Option<DVec3> {
         8 => {
             // Nearly level with the floor.
             let tilt = DVec3::Z * s.spread(-30, -4);
-            both(room, quad(at + tilt * s.between(0.0, 1.0), v, u + tilt));
+            both(room, quad(origin + tilt * s.between(0.0, 1.0), v, u + tilt));
             Some(middle + u * s.between(-1.0, 1.0))
         }
         9 => {
             // An L.
             let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 0.4], [0.4, 0.4], [0.4, 1.0], [0.0, 1.0]];
-            both(room, corners.iter().map(|[a, b]| at + up + u * *a + v * *b).collect());
+            both(room, corners.iter().map(|[a, b]| origin + up + u * *a + v * *b).collect());
             Some(middle)
         }
         10 => {
@@ -155,7 +155,7 @@ fn add_oddity(room: &mut Room, s: &mut Sampler) -> Option<DVec3> {
             let (count, apex) = (4 + s.below(8), middle + up);
             let on = |k: u32| {
                 let t = f64::from(k) / f64::from(count);
-                at + up + u * t
+                origin + up + u * t
             };
             for k in 0..count {
                 both(room, vec![apex, on(k), on(k + 1)]);
@@ -205,7 +205,7 @@ fn add_oddity(room: &mut Room, s: &mut Sampler) -> Option<DVec3> {
             // A stack of plates close to each other.
             let gap = DVec3::Z * s.spread(-20, -3);
             for k in 0..3 {
-                both(room, quad(at + up + gap * f64::from(k), v, u));
+                both(room, quad(origin + up + gap * f64::from(k), v, u));
             }
             Some(middle)
         }

@@ -19,16 +19,16 @@ fn written(s: &mut Sampler) -> Change {
 
 /// Outlines that fill a rectangle with the sides `u` and `v`.
 fn cut_wall(origin: DVec3, u: DVec3, v: DVec3, s: &mut Sampler) -> Vec<Vec<DVec3>> {
-    let at = |[x, y]: [f64; 2]| origin + u * x + v * y;
+    let point = |[x, y]: [f64; 2]| origin + u * x + v * y;
     let outlines: Vec<Vec<[f64; 2]>> = match s.below(5) {
         0 => vec![vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]],
         1 => {
             // Seven to nine vertices: some on the edges.
             let [a, b] = [s.between(0.05, 0.5), s.between(0.5, 0.95)];
             let below = [[a, 0.0], [b, 0.0]][..s.below(3) as usize].to_vec();
-            let rest =
+            let corners =
                 [[1.0, 0.0], [1.0, s.between(0.05, 0.5)], [1.0, s.between(0.5, 0.95)], [1.0, 1.0], [s.between(0.05, 0.95), 1.0]];
-            vec![[vec![[0.0, 0.0]], below, rest.to_vec(), vec![[0.0, 1.0]]].concat()]
+            vec![[vec![[0.0, 0.0]], below, corners.to_vec(), vec![[0.0, 1.0]]].concat()]
         }
         2 => guillotine(Window::WHOLE, 2, s),
         3 => {
@@ -46,7 +46,7 @@ fn cut_wall(origin: DVec3, u: DVec3, v: DVec3, s: &mut Sampler) -> Vec<Vec<DVec3
             ]
         }
     };
-    outlines.into_iter().map(|outline| outline.into_iter().map(at).collect()).collect()
+    outlines.into_iter().map(|outline| outline.into_iter().map(point).collect()).collect()
 }
 
 /// A rectangle cut across, and its parts again, so often or less.
@@ -104,9 +104,9 @@ pub(in crate::scenes) fn nested(s: &mut Sampler) -> Model {
 fn lay(parts: &mut Vec<Part>, on: usize, [from, to]: [f64; 2], emitted: f64, s: &mut Sampler) {
     let bottom = if s.one_in(4) { 0.0 } else { s.between(0.05, 0.4) };
     let (low, high) = ([s.between(from, from + 0.1), bottom], [s.between(to - 0.1, to), s.between(0.5, 0.95)]);
-    let at = Window { low, high };
-    let lying = Part::new(at.corners(&parts[on].corners), s.between(0.0, 0.8), emitted);
-    parts.push(Part { lies: Some(Lies { on, at }), ..lying });
+    let window = Window { low, high };
+    let lying = Part::new(window.corners(&parts[on].corners), s.between(0.0, 0.8), emitted);
+    parts.push(Part { lies: Some(Lies { on, at: window }), ..lying });
 }
 
 /// A face again, below the first, so that nothing of it is seen.
