@@ -49,7 +49,7 @@ impl Condition {
     /// The condition with occluders. If the visible part of the emitter is a polygon, it takes the emitter's place.
     ///
     /// # Errors
-    /// As [`Self::of`].
+    /// As [`Self::unoccluded`].
     pub fn of_problem(problem: &Problem) -> Result<Self, Error> {
         let (emitter, occluders) = reduced(problem);
         Self::occluded(&problem.receiver, &emitter, occluders)

@@ -23,7 +23,7 @@ impl Decade {
     /// The decade of `x`.
     ///
     /// # Panics
-    /// If `x` is negative or not a number, as [`Leading::of`].
+    /// If `x` is negative or not a number, as [`Leading::containing`].
     #[must_use]
     pub fn containing(x: f64) -> Self {
         Leading::containing(x).decade()

@@ -53,7 +53,7 @@ impl Distribution {
     /// A distribution of one value.
     ///
     /// # Panics
-    /// If the value is negative or not a number, as [`Leading::of`].
+    /// If the value is negative or not a number, as [`Leading::containing`].
     #[must_use]
     pub fn single(value: f64, case: Name) -> Self {
         Self { bins: BTreeMap::from([(Leading::containing(value), Bin::single(case))]), worst: Some(Extreme { value, case }) }
@@ -62,7 +62,7 @@ impl Distribution {
     /// Adds one value.
     ///
     /// # Panics
-    /// As [`Distribution::of`].
+    /// As [`Distribution::single`].
     pub fn add(&mut self, value: f64, case: Name) {
         self.merge(&Self::single(value, case));
     }

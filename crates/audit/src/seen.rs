@@ -26,7 +26,7 @@ pub fn visible_part(problem: &Problem) -> Option<Cow<'_, Emitter>> {
     }
 }
 
-/// The visible part of the emitter and no occluders where [`seen`] knows that part, else emitter and occluders as they stand.
+/// The visible part of the emitter and no occluders where [`visible_part`] knows that part, else emitter and occluders as they stand.
 #[must_use]
 pub(crate) fn reduced(problem: &Problem) -> (Cow<'_, Emitter>, &[Polygon]) {
     visible_part(problem).map_or((Cow::Borrowed(&problem.emitter), problem.occluders.as_slice()), |emitter| (emitter, &[]))

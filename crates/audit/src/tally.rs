@@ -84,7 +84,7 @@ impl<K: Ord + Copy, Q: Ord + Copy> Tally<K, Q> {
     /// Adds a figure of a case.
     ///
     /// # Panics
-    /// If it is negative or not a number, as [`Distribution::of`].
+    /// If it is negative or not a number, as [`Distribution::single`].
     pub fn add(&mut self, case: Name, figure: Q, value: f64) {
         self.families.entry(case.family).or_default().figures.entry(figure).or_default().add(value, case);
     }

@@ -46,7 +46,7 @@ impl Truth {
     /// Encloses a case with occluders. If the visible part of the emitter is a polygon, it takes the emitter's place.
     ///
     /// # Errors
-    /// As [`Self::of`].
+    /// As [`Self::unoccluded`].
     pub fn of_problem(problem: &Problem) -> Result<Self, Error> {
         let (emitter, occluders) = reduced(problem);
         Self::occluded(&problem.receiver, &emitter, occluders)

@@ -185,7 +185,7 @@ impl Model {
         written::visible_pieces(&self.parts)
     }
 
-    /// A channel of the unchanged scene as the oracle takes it: a face for each of [`Self::seen`].
+    /// A channel of the unchanged scene as the oracle takes it: a face for each of [`Self::visible_pieces`].
     ///
     /// # Errors
     /// If a face is no polygon, or a value out of range.

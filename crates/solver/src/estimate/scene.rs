@@ -11,7 +11,7 @@ use crate::links::station::Station;
 use crate::mesh::Mesh;
 use crate::mesh::surfaces::Surfaces;
 
-/// What estimates are made of.
+/// The system that errors are estimated for.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Scene<'a> {
     pub(crate) mesh: &'a Mesh,
@@ -30,7 +30,7 @@ impl Scene<'_> {
         receives
     }
 
-    /// What each receiver sees.
+    /// The sources that each receiver sees.
     pub(super) fn seen_sources(&self, receives: &[bool]) -> Vec<SeenSources> {
         let of_receiver = |&receiver: &usize| {
             let links = self.links[receiver].iter().map(|link| (link.source, &link.rows[..]));

@@ -49,7 +49,7 @@ pub struct Solution {
     pub(crate) lamps: Lamps,
     /// Direct light on each leaf.
     pub(crate) direct: Vec<Direct>,
-    /// All light that elements send out, but for what lamps emit.
+    /// All light that elements send out, without the emission of lamps.
     pub(crate) field: Field,
     /// Coefficients of the receivers themselves: light reflected twice or more, and emission where no lamps are kept apart.
     pub(super) own: Vec<Vec<f64>>,
@@ -76,11 +76,11 @@ pub struct Solution {
     pub(super) kept: Kept,
     /// Of each leaf, bounds on the light of lamps that its nodes do not see, if there may be any.
     pub(super) unseen: Vec<Option<Vec<[f64; 2]>>>,
-    /// The aim of [`Solution::light`] that direct light reached: what it leaves out in the mean, over the part of the aim that it may.
+    /// The aim of [`Solution::light`] that direct light reached: its mean residual, over the part of the aim that it may have.
     pub(super) direct_residual: f64,
     pub(crate) channels: Vec<String>,
     pub(crate) extent: f64,
-    /// Error that the evaluation of a function may have; past what may hide a part, and that once there is no more time.
+    /// Error that the evaluation of a function may have; past a face that may hide a part, and that once there is no more time.
     pub(crate) absolute: f64,
     pub(super) past: [f64; 2],
     /// As long as the first of these is kept to.
@@ -99,14 +99,14 @@ pub struct Solution {
     pub(super) mean: Vec<f64>,
     /// The part of it that is reflected.
     pub(super) reflected: Vec<f64>,
-    /// Means of what faces emit: of lamps kept apart, and of others.
+    /// Means of the faces' emission: of lamps kept apart, and of others.
     pub(super) emitted: [Vec<f64>; 2],
     pub(super) placement: Placement,
     pub(super) warnings: Vec<Warning>,
 }
 
 impl Solution {
-    /// What estimates are made of.
+    /// The system that estimates are made of.
     pub(crate) fn estimating(&self) -> Scene<'_> {
         let Self { mesh, surfaces, receivers, links, far, channels, .. } = self;
         Scene { mesh, surfaces, receivers, links, far, channels: channels.len() }
@@ -135,7 +135,7 @@ impl Solution {
         }
     }
 
-    /// What errors are relative to, in each channel: the mean of all radiosity where no light that is reflected was found yet.
+    /// The reference of errors, in each channel: the mean of all radiosity where no light that is reflected was found yet.
     pub(super) fn reference(&self) -> Vec<f64> {
         let denominator = |(&reflected, &mean): (&f64, &f64)| if reflected > 0.0 { reflected } else { mean };
         self.reflected.iter().zip(&self.mean).map(denominator).collect()
@@ -146,7 +146,7 @@ impl Solution {
         errors.iter().zip(self.reference()).map(|(error, reference)| ratio(error.total(), reference)).fold(0.0, largest)
     }
 
-    /// Whether what was asked for is reached.
+    /// Whether the error asked for is reached.
     pub(super) fn reached(&self, options: &Options) -> bool {
         // Where light may be reflected and none was found, nothing is known relative to it.
         let is_found = |(reflected, estimate): (&f64, &Ledger)| *reflected > 0.0 || estimate.total() == 0.0;
@@ -170,7 +170,7 @@ impl Solution {
         ancestor
     }
 
-    /// Coefficients of what an element emits that is no lamp kept apart.
+    /// Coefficients of an element's emission that is of no lamp kept apart.
     pub(crate) fn emitted_on(&self, element: usize, channel: usize) -> Vec<f64> {
         let (len, face) = (self.mesh.basis(element).len(), self.mesh.elements()[element].face());
         match self.surfaces.pattern(element, channel) {
@@ -183,18 +183,18 @@ impl Solution {
         }
     }
 
-    /// Whether what a face emits is a lamp's, kept apart.
+    /// Whether the emission of a face is a lamp's, kept apart.
     pub(super) fn is_lamp(&self, face: usize) -> bool {
         !self.lamps.is_empty() && !self.surfaces.glows_by_texture(face)
     }
 
-    /// What a face emits as a lamp kept apart.
+    /// The emission of a face as a lamp kept apart.
     pub(super) fn lamp_on(&self, face: usize, channel: usize) -> f64 {
         if self.is_lamp(face) { self.surfaces.emitted[face][channel] } else { 0.0 }
     }
 }
 
-/// Means of a field over all area, with what lamps emit and without what any face does.
+/// Means of a field over all area, with the emission of lamps and without that of any face.
 pub(super) fn means(field: &Field, mesh: &Mesh, [lamps, others]: &[Vec<f64>; 2]) -> (Vec<f64>, Vec<f64>) {
     let held = (0..lamps.len()).map(|channel| field.mean(mesh, channel));
     held.zip(lamps.iter().zip(others)).map(|(held, (lamps, others))| (held + lamps, held - others)).unzip()
@@ -203,7 +203,7 @@ pub(super) fn means(field: &Field, mesh: &Mesh, [lamps, others]: &[Vec<f64>; 2])
 /// The error of the mean radiosity over all area in a channel, as the importance finds it ([`crate::solve::dual`]).
 #[derive(Debug, Clone, Copy)]
 pub(super) struct MeanError {
-    /// Estimate of what is left of it once the correction is added.
+    /// Estimate of the remaining error once the correction is added.
     pub(super) estimate: Ledger,
     /// The error as found by the importance, with its sign, and the likely error of that.
     pub(super) correction: f64,
