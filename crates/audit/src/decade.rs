@@ -1,4 +1,4 @@
-//! Decades of an error: what of a measured number is the same on every machine.
+//! Decades of an error: the part of a measured number that is the same on every machine.
 //!
 //! Two machines, or two releases of a mathematical library, may round the last bit of a logarithm differently; an error of 1.3
 //! ulp is then 1.4 ulp. Its decade hardly ever changes, so recorded tables are made of decades alone.

@@ -1,4 +1,4 @@
-//! The distribution of one figure over many cases: a monoid, so that shards merge to exactly what one run would have given.
+//! The distribution of one figure over many cases: a monoid, so that shards merge to exactly the result of one run.
 //!
 //! A histogram by leading digits with the first case of each step, and the largest value with its case. Merging adds counts,
 //! keeps the smaller name as witness of a bin and the larger value as maximum (the smaller name among equals): associative,

@@ -39,7 +39,7 @@ fn occluded(problem: &Problem, screen: &Polygon) -> Option<Emitter> {
     without(&problem.emitter, hidden)
 }
 
-/// Whether a triangle stands on the two neighbours of a vertex and hides what that diagonal cuts off, and no more.
+/// Whether a triangle stands on the two neighbours of a vertex and hides the part that the diagonal cuts off, and no more.
 fn hides(problem: &Problem, [p, q, top]: [DVec3; 3], vertex: usize) -> bool {
     let (x, vertices) = (problem.receiver.position(), problem.emitter.polygon().vertices());
     let count = vertices.len();

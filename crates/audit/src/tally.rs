@@ -1,6 +1,6 @@
 //! Cases counted and figures distributed, by family: a monoid under [`Tally::merge`], since its parts are.
 //!
-//! `K` is what cases are counted by, `Q` the figures: outcomes and errors in [`crate::table`], checks and ratios in
+//! Keys `K` count cases, and `Q` are the figures: outcomes and errors in [`crate::table`], checks and ratios in
 //! [`crate::bounds`].
 
 use std::collections::BTreeMap;

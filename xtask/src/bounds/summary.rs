@@ -8,7 +8,7 @@ use radgrad_audit::run::Run;
 
 use crate::summary::{fitted, right_aligned, with_header};
 
-/// What was checked against what, then tightness, then who answered.
+/// Which cases were checked against which truth, then tightness, then the rungs that answered.
 pub(crate) fn print(table: &Table, run: &Run) -> String {
     format!("{}\n{}\n{}", checked(table, run), fitted(tightness(table)), fitted(rungs(table)))
 }

@@ -34,7 +34,7 @@ fn read(answer: &PreciseAnswer) -> Option<Truth> {
     Some(Truth { radiosity: interval(&answer.radiosity, &answer.radiosity_error)?, gradient: [x?, y?, z?] })
 }
 
-/// Holds core's `digits` against twice as many, and against the oracle's if asked; marks, each with what there is to say.
+/// Holds core's `digits` against twice as many, and against the oracle's if asked; marks, each with its message.
 #[must_use]
 pub fn check(problem: &Problem, digits: u32, by_oracle: bool) -> Vec<(Mark, String)> {
     let [few, more] = match [digits, 2 * digits].map(|digits| enclosure(problem, digits)) {
