@@ -189,7 +189,7 @@ fn look(plane: Plane, emitted: Emitted, at: [f64; 2], by_oracle: bool) -> Looked
 
 /// Whether the oracle's enclosure meets the truth; `None` where it has none.
 fn agrees(problem: &Problem, truth: &Truth) -> Option<bool> {
-    let emitter = visible_part(&problem)?;
+    let emitter = visible_part(problem)?;
     Some(Truth::unoccluded(&problem.receiver, &emitter).ok()?.overlaps(truth))
 }
 

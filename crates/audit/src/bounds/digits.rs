@@ -49,7 +49,7 @@ pub fn check(problem: &Problem, digits: u32, by_oracle: bool) -> Vec<(Mark, Stri
     };
     compare(&more, "twice as many");
     if by_oracle {
-        let emitter = visible_part(&problem);
+        let emitter = visible_part(problem);
         let occluders = if emitter.is_some() { &[][..] } else { &problem.occluders };
         match enclose_past(&problem.receiver, emitter.as_deref().unwrap_or(&problem.emitter), occluders, digits + MORE) {
             Ok(enclosure) => {
