@@ -28,7 +28,7 @@ type Shard = shard::Shard<Mark, Figure>;
 /// Cases of the whole campaign, and of the quick one.
 const CASES: [u64; 2] = [10_000_000, 100_000];
 
-/// What of the counts stands in the record, over all families.
+/// The counts that stand in the record, over all families.
 const NOTED: [Mark; 10] = [
     Mark::Nonzero,
     Mark::Answer,
@@ -66,7 +66,7 @@ pub(crate) fn run(arguments: &Arguments, gates: &Gates) -> Result<bool, Box<dyn 
     Ok(verify::ended(held.passed & climbed))
 }
 
-/// What of a campaign of so many cases is of the families asked for, within another command.
+/// The part of a campaign of so many cases that is of the families asked for, within another command.
 pub(crate) fn small(cases: u64, arguments: &Arguments, gates: &Gates) -> Result<Held, Box<dyn Error>> {
     let Shard { run, table } =
         campaigned(campaign::run(cases, &Family::ALL, arguments.seed, Part::WHOLE).only(&arguments.families()));

@@ -109,7 +109,7 @@ fn every_lemma() -> impl Iterator<Item = &'static Lemma> {
     function::LEMMAS.iter().chain(arc::LEMMAS)
 }
 
-/// The first case that gappa does not prove, and what it says.
+/// The first case that gappa does not prove, and its message.
 fn refusal(out: &Path, lemma: &Lemma, fault: &str, cases: &[Case]) -> Result<Option<String>, Box<dyn Error>> {
     for case in cases {
         let path = write(out, lemma, fault, case)?;
@@ -137,7 +137,7 @@ fn write(out: &Path, lemma: &Lemma, fault: &str, case: &Case) -> io::Result<Path
     Ok(path)
 }
 
-/// What gappa says against a script; nothing where it proves it, each of the hints included.
+/// The message of gappa against a script; nothing where it proves it, each of the hints included.
 fn said_against(path: &Path) -> Result<Option<String>, Box<dyn Error>> {
     let said = path.with_extension("said");
     // The shell limits the time of the processor, so that a busy machine refuses nothing.
@@ -196,7 +196,7 @@ mod tests {
         assert!(compared > 50, "{compared}");
     }
 
-    /// What is neither defined nor said anything of would be any number.
+    /// A name that is neither defined nor constrained would be any number.
     #[test]
     fn every_number_of_a_script_is_defined_or_has_a_hypothesis() {
         let mut names = BTreeSet::new();

@@ -46,7 +46,7 @@ const TRIES: usize = 60;
 /// `verify --scenes`: whether nothing is beyond its gate.
 pub(crate) fn run(arguments: &Arguments, gates: &Gates) -> Result<bool, Box<dyn Error>> {
     let cases = arguments.cases.unwrap_or(if arguments.quick { BESIDE[1] } else { CASES });
-    // More scenes share the rays of so many: what a campaign has more of is placements of light.
+    // More scenes share the rays of so many: a larger campaign has more placements of light.
     let part = |rays: usize| rays.div_ceil(usize::try_from(cases.div_ceil(CASES).max(1)).unwrap_or(usize::MAX));
     let effort = Effort { rays: part(EFFORT.rays), rays_a_point: part(EFFORT.rays_a_point), ..EFFORT };
     // Faults are looked for in all families.
@@ -70,7 +70,7 @@ fn hold(cases: u64, plant: bool, effort: &Effort, arguments: &Arguments, gates: 
     let table = Table::measure(&families, cases, arguments.seed, effort, |name, violations| {
         bar.set_message(name.family.name());
         bar.inc(1);
-        // A long run says at once how far it is and what it finds, in a file too.
+        // A long run says at once how far it is and reports its findings, in a file too.
         let count = done.fetch_add(1, Ordering::Relaxed) + 1;
         if bar.is_hidden() && count.is_multiple_of(STEP) {
             eprintln!("{count} of {all} scenes, {:.0} s", start.elapsed().as_secs_f64());
@@ -242,7 +242,7 @@ fn report(violation: &Violation, record: &mut Record) {
     record.violated(said(violation), &format!("cargo xtask replay {}", violation.name));
 }
 
-/// The scene, the subject, and the first of what is wrong with them.
+/// The scene, the subject, and the first of their faults.
 fn said(violation: &Violation) -> String {
     let Violation { name, subject, faults } = violation;
     let more = faults.len().saturating_sub(1);

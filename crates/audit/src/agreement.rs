@@ -163,7 +163,8 @@ fn by_cubature(receiver: &Receiver, emitter: &Emitter) -> Result<Option<(f64, DV
 fn by_monte_carlo(problem: &Problem, truth: &Truth, case: Name) -> Result<Option<String>, Error> {
     let sequence = Sequence::Independent { samples: SAMPLES, seed: case.index };
     // The gradient needs the side of an edge on which the emitter is visible; a ray 1e-8 beside the edge decides that, and
-    // slivers of this family are narrower. And where an occluder crosses the emitter the line of that ends what is seen, which is no edge.
+    // slivers of this family are narrower. And where an occluder crosses the emitter its line ends the visible part, and that is
+    // no edge.
     let quantities = if matches!(case.family, Family::SilhouetteScreen | Family::DippingScreen) { 1 } else { 4 };
     let Problem { receiver, emitter, occluders, .. } = problem;
     let estimate = monte_carlo::integrate(receiver, emitter, occluders, Sampling::SolidAngle, sequence, CONFIDENCE)?;

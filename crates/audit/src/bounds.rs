@@ -3,7 +3,7 @@
 //!
 //! Every case is answered to 1e-12, to 1e-15 and to a loose tolerance, which the first rung meets with whatever bound it has
 //! ([`campaign`]). The truth is to be cheap, so there are three of them ([`reference`](mod@reference)):
-//! - core's own answer to a tolerance of 0, in every case: what its dearer rungs enclose, to half an ulp. It tells whether the
+//! - core's own answer to a tolerance of 0, in every case: the enclosure of its dearer rungs, to half an ulp. It tells whether the
 //!   *rounding* bounds of the cheaper rungs hold, not whether the formulas are right, and of answers that are themselves good to
 //!   half an ulp it tells little: those are counted as *blunt*;
 //! - core's [`evaluate_digits`](radgrad_core::evaluate_digits) to 22 digits, in one case of 17: sharp for every bound of a
@@ -16,8 +16,7 @@
 //! Answers to 30, 50 and 100 digits ([`digits`]) are held against twice as many in one case of 1009, and against the oracle's
 //! enclosure to more digits in one of 20,011: the enclosures must overlap.
 //!
-//! What comes of a case are marks and figures ([`mark`]); their tally is the bounds [`table`]; [`requirements`] say what must
-//! be.
+//! A case yields marks and figures ([`mark`]); their tally is the bounds [`table`]; [`requirements`] hold the limits on them.
 
 pub mod campaign;
 pub mod check;

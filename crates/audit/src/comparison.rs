@@ -62,8 +62,8 @@ impl Comparison {
         &self.0
     }
 
-    /// Writes `family,contender,quantity,cases,no_answer,median,p99,worst,worst_case`, none for what a contender is not meant
-    /// for; numbers to two digits.
+    /// Writes `family,contender,quantity,cases,no_answer,median,p99,worst,worst_case`, none for quantities that a contender is
+    /// not meant for; numbers to two digits.
     ///
     /// # Errors
     /// If `writer` fails.

@@ -1,7 +1,7 @@
 //! The condition of a case: how far a rounding of the input, by half an ulp of every number in it, can move the answer.
 //!
-//! `effect = sum over motions m of |df/dm| u_m`, f the radiosity or the gradient (Euclidean norm), `u_m` what half an ulp
-//! amounts to:
+//! `effect = sum over motions m of |df/dm| u_m`, f the radiosity or the gradient (Euclidean norm), `u_m` the motion by half an
+//! ulp of an input:
 //! - receiver and emitter against each other along each axis: half an ulp of the receiver's coordinate and of the largest
 //!   vertex's;
 //! - the normal n1 turned about two axes: `eps/2`;
@@ -14,8 +14,8 @@
 //! The derivatives are central differences of core's answers, by 1/16 of the closest feature of the case (distance to vertex,
 //! edge, plane, horizon; width of the emitter), so good to a few per cent. A step of an ulp would measure core's rounding
 //! errors instead, and an error divided by itself passes every gate; here the error of a certified answer enters multiplied by
-//! 8 ulp over that feature's size. Where a feature is within 16 ulp the step is an ulp's half after all, and the condition says
-//! what it is: the input determines no digit.
+//! 8 ulp over that feature's size. Where a feature is within 16 ulp the step is an ulp's half after all, and the condition shows
+//! it: the input determines no digit.
 
 use glam::DVec3;
 use radgrad_core::{Emission, Emitter, Error, Linear, Polygon, Polynomial, Receiver, evaluate, evaluate_to};
@@ -25,7 +25,7 @@ use crate::sampler::normalising_power;
 use crate::seen::reduced;
 use crate::truth::norm;
 
-/// What half an ulp in every number of the input may do to the answer.
+/// The effect of half an ulp in every number of the input on the answer.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Condition {
     /// To the radiosity.
@@ -49,7 +49,7 @@ impl Condition {
     /// The condition with occluders. If the visible part of the emitter is a polygon, it takes the emitter's place.
     ///
     /// # Errors
-    /// As [`Self::of`].
+    /// As [`Self::unoccluded`].
     pub fn of_problem(problem: &Problem) -> Result<Self, Error> {
         let (emitter, occluders) = reduced(problem);
         Self::occluded(&problem.receiver, &emitter, occluders)
@@ -75,7 +75,7 @@ impl Condition {
     }
 }
 
-/// Tolerance of the answers past occluders: over a step of 2^-12 it is a thousandth of what half an ulp does.
+/// Tolerance of the answers past occluders: over a step of 2^-12 it is a thousandth of the effect of half an ulp.
 const ROUGH: f64 = 1e-7;
 
 /// Receiver, normal and all occluders together moved, by 2^-12 of the closest feature: an answer is smooth between silhouettes
@@ -132,7 +132,7 @@ fn at_unit_scale(receiver: &Receiver, emitter: &Emitter) -> Result<(Receiver, Em
     Ok((receiver, Emitter::new(polygon, emission)?, power))
 }
 
-/// The certified answer: its digits are what keeps the differences clean where the closed form in doubles has lost its own.
+/// The certified answer: its digits keep the differences clean where the closed form in doubles has lost its own.
 fn answer(receiver: &Receiver, emitter: &Emitter) -> Result<(f64, DVec3), Error> {
     evaluate(receiver, emitter, &[]).map(|answer| (answer.radiosity, answer.gradient))
 }
@@ -153,7 +153,7 @@ enum Motion {
 struct Setup<'a> {
     receiver: &'a Receiver,
     emitter: &'a Emitter,
-    /// Largest distance of a vertex from the receiver: what an angle moves is at most this far.
+    /// Largest distance of a vertex from the receiver: an angle moves points at most this far away.
     reach: f64,
     feature: f64,
 }
@@ -165,7 +165,7 @@ impl<'a> Setup<'a> {
         Self { receiver, emitter, reach, feature: closest_feature(receiver, emitter.polygon()) }
     }
 
-    /// Each motion with what half an ulp amounts to and how far a unit of it moves a point.
+    /// Each motion with its size by half an ulp and how far a unit of it moves a point.
     fn motions(&self) -> Vec<(Motion, f64, f64)> {
         let polygon = self.emitter.polygon();
         let (x, n1, n2) = (self.receiver.position(), self.receiver.normal(), polygon.normal());
@@ -299,7 +299,7 @@ mod tests {
     #[test]
     fn height_over_the_plane_is_what_a_grazing_value_depends_on() {
         // Over z = 0 at height h, B is proportional to h, and h is an exact input: its half ulp is no more than eps/2 of it. The
-        // vertices' z are exact zeros; their half ulp is nothing. What remains is the slope of the plane: eps/2 of the distance.
+        // vertices' z are exact zeros; their half ulp is nothing. There remains the slope of the plane: eps/2 of the distance.
         let x = DVec3::new(3.0, 0.2, 1e-9);
         let triangle = Polygon::new(vec![DVec3::ZERO, DVec3::X, DVec3::Y]).unwrap();
         let emitter = Emitter::new(triangle, Emission::Constant(1.0)).unwrap();

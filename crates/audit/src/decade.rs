@@ -1,4 +1,4 @@
-//! Decades of an error: what of a measured number is the same on every machine.
+//! Decades of an error: the part of a measured number that is the same on every machine.
 //!
 //! Two machines, or two releases of a mathematical library, may round the last bit of a logarithm differently; an error of 1.3
 //! ulp is then 1.4 ulp. Its decade hardly ever changes, so recorded tables are made of decades alone.
@@ -23,7 +23,7 @@ impl Decade {
     /// The decade of `x`.
     ///
     /// # Panics
-    /// If `x` is negative or not a number, as [`Leading::of`].
+    /// If `x` is negative or not a number, as [`Leading::containing`].
     #[must_use]
     pub fn containing(x: f64) -> Self {
         Leading::containing(x).decade()

@@ -19,7 +19,7 @@ pub(crate) const DIGITS: u32 = 20;
 /// The step over the distance of the nearest vertex; the second one is half of it.
 const STEP: f64 = 1.0 / 1024.0;
 
-/// What differences by the two steps may be apart, over the size of the matrix.
+/// Largest difference of the results by the two steps, over the size of the matrix.
 const SMOOTH: f64 = 1e-7;
 
 /// Violations by the second derivatives and the irradiance vector of a case; `None` if neither has a truth to compare with.
@@ -66,7 +66,7 @@ fn second_derivatives(problem: &Problem, tolerance: f64) -> Option<Option<String
     Some((!holds).then(|| format!("second derivatives to {tolerance:e} are off by {error:e}, the bound is {:e}", answer.error)))
 }
 
-/// Where all of the emitter is above the horizon, what a receiver gets is the component along its normal.
+/// Where all of the emitter is above the horizon, a receiver's irradiance is the component along its normal.
 fn irradiance_vector(problem: &Problem, tolerance: f64) -> Option<Option<String>> {
     let Problem { receiver, emitter, occluders, .. } = problem;
     let (x, vertices) = (receiver.position(), emitter.polygon().vertices());

@@ -1,4 +1,4 @@
-//! The distribution of one figure over many cases: a monoid, so that shards merge to exactly what one run would have given.
+//! The distribution of one figure over many cases: a monoid, so that shards merge to exactly the result of one run.
 //!
 //! A histogram by leading digits with the first case of each step, and the largest value with its case. Merging adds counts,
 //! keeps the smaller name as witness of a bin and the larger value as maximum (the smaller name among equals): associative,
@@ -53,7 +53,7 @@ impl Distribution {
     /// A distribution of one value.
     ///
     /// # Panics
-    /// If the value is negative or not a number, as [`Leading::of`].
+    /// If the value is negative or not a number, as [`Leading::containing`].
     #[must_use]
     pub fn single(value: f64, case: Name) -> Self {
         Self { bins: BTreeMap::from([(Leading::containing(value), Bin::single(case))]), worst: Some(Extreme { value, case }) }
@@ -62,7 +62,7 @@ impl Distribution {
     /// Adds one value.
     ///
     /// # Panics
-    /// As [`Distribution::of`].
+    /// As [`Distribution::single`].
     pub fn add(&mut self, value: f64, case: Name) {
         self.merge(&Self::single(value, case));
     }

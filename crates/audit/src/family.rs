@@ -117,7 +117,7 @@ pub enum Family {
     DippingScreen,
     /// An occluder at 2^-24 to 2^-8 of the way, almost touching the receiver.
     NearScreen,
-    /// Components of the receiver's normal are 2^60 to 2^240 apart, and the small one decides what is seen.
+    /// Components of the receiver's normal are 2^60 to 2^240 apart, and the small one decides the visible part.
     SteepNormal,
     /// An occluder 2^-160 to 2^160 times as far or as large as the emitter.
     OtherScale,
@@ -261,7 +261,8 @@ impl Family {
         matches!(self, Self::EqualVertices)
     }
 
-    /// Whether emitters and occluders are flat only up to a rounding that the case states: no tolerance below what that leaves open is met.
+    /// Whether emitters and occluders are flat only up to a rounding that the case states: no tolerance below the effect of that
+    /// rounding is met.
     #[must_use]
     pub const fn is_rounded(self) -> bool {
         matches!(self, Self::Single)

@@ -1,7 +1,8 @@
 //! Answers of any program, held to the same truth as core's.
 //!
 //! A program reads cases as JSON Lines and writes a line for each, in their order, in the format of `radgrad eval`: `radiosity`,
-//! and where it has them `gradient`, `radiosity_error` and `gradient_error`; or `error`. What it leaves out is not measured.
+//! and where it has them `gradient`, `radiosity_error` and `gradient_error`; or `error`. A field that it leaves out is not
+//! measured.
 //!
 //! Gates for it, in TOML: the largest figure allowed by quantity, for all families or for one.
 //!
@@ -114,7 +115,7 @@ pub fn hold(case: &Case, line: &str) -> Held {
     hold_to_truth(&problem, radiosity, &given)
 }
 
-/// Holds a radiosity, and what else is there of a gradient and bounds, to truth.
+/// Holds a radiosity, and the gradient and bounds where they are given, to truth.
 fn hold_to_truth(problem: &Problem, radiosity: f64, given: &Given) -> Held {
     let truth = match Truth::of_problem(problem) {
         Ok(truth) => truth,
@@ -184,7 +185,7 @@ pub enum GateError {
     },
 }
 
-/// A figure beyond its gate, or what needs no gate to be wrong.
+/// A figure beyond its gate, or a fault that needs no gate.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Violation {
     /// The family.

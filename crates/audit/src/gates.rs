@@ -11,7 +11,7 @@
 //! The table `scenes` is for [`crate::scenes`]. Tables under `bounds` are for [`crate::bounds::requirements`]. `appendix-a` is for the second implementation, value and
 //! gradient, on the cases it is meant for.
 //!
-//! Beside them stand rules that need no number: what must be refused is refused and nothing else is, every valid case has an
+//! Beside them stand rules that need no number: each input that must be refused is refused and no other, every valid case has an
 //! answer, no answer is NaN or infinite, every case has a truth to be measured by. A gate may only be tightened.
 
 use std::collections::BTreeMap;

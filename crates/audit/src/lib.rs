@@ -6,10 +6,11 @@
 //! [`distribution`]s over [`leading`] digits and [`decade`]s; [`run`] does so on all cores, [`shard`] over machines; [`gates`]
 //! limit the figures; [`shrink`] makes a case that breaks one smaller, and [`regression`] keeps it.
 //!
-//! [`bounds`] asks of millions of cases what [`measure`] cannot be asked in time: whether any stated bound is below the error.
+//! [`bounds`] answers for millions of cases a question that [`measure`] cannot answer in time: whether any stated bound is below
+//! the error.
 //!
-//! [`search`] climbs towards the largest error over bound, and [`witness`] keeps what it finds; [`record`] keeps what is said with any
-//! other bound. [`bite`] is all that in seconds, on shipped code as it is or with a fault planted in it.
+//! [`search`] climbs towards the largest error over bound, and [`witness`] keeps its cases; [`record`] keeps the statements with
+//! any other bound. [`bite`] is all that in seconds, on shipped code as it is or with a fault planted in it.
 //!
 //! [`comparison`] and [`stability`] hold other ways of computing the same against ours: [`contender`]s, the paper's form and
 //! `single_precision` among them, family by family and over planes of two parameters.

@@ -16,9 +16,9 @@ pub enum Quantity {
     Value,
     /// Norm of the error of the gradient over its norm.
     Gradient,
-    /// Error of the radiosity over what half-ulp changes of the input do to it.
+    /// Error of the radiosity over the effect on it of half-ulp changes of the input.
     ValueOverCondition,
-    /// Error of the gradient over what half-ulp changes of the input do to it.
+    /// Error of the gradient over the effect on it of half-ulp changes of the input.
     GradientOverCondition,
     /// Error of the radiosity over the bound stated for it; above 1 the bound is violated.
     ValueOverBound,
@@ -69,7 +69,7 @@ pub enum Outcome {
     Refused(String),
     /// Core gave no answer to a valid input; why.
     Unanswered(String),
-    /// The answer has a NaN or an infinity in it; what it is.
+    /// The answer has a NaN or an infinity in it; its description.
     NonFinite(String),
     /// The oracle has no truth, or the condition cannot be had; why.
     Undetermined(String),
@@ -207,12 +207,12 @@ pub(crate) fn ratio(error: f64, scale: f64) -> f64 {
     if error == 0.0 { 0.0 } else { error / scale }
 }
 
-/// Whether the first is worse than the second; what is no number is worst.
+/// Whether the first is worse than the second; a NaN is worst.
 pub(crate) fn is_worse(first: f64, second: f64) -> bool {
     first > second || (first.is_nan() && !second.is_nan())
 }
 
-/// The worse of two, where `f64::max` would drop what is not a number.
+/// The worse of two, where `f64::max` would drop a NaN.
 #[must_use]
 pub fn worse(a: f64, b: f64) -> f64 {
     if is_worse(b, a) { b } else { a }

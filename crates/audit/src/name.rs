@@ -1,4 +1,5 @@
-//! Names of what is drawn: `contact:1:17` is case 17 of family `contact` under seed 1, and `slit:1:17` is a scene likewise.
+//! Names of drawn cases and scenes: `contact:1:17` is case 17 of family `contact` under seed 1, and `slit:1:17` is a scene
+//! likewise.
 
 use std::fmt;
 use std::marker::PhantomData;

@@ -1,9 +1,10 @@
-//! What was said of cases and of scenes with every kind of bound, kept in `data/record/*.jsonl`: many bounds are so far above every
-//! error that no truth tells when one of them becomes a tenth of what it was, or loses a term. The record does.
+//! Recorded values and bounds of cases and scenes (regression baseline), kept in `data/record/*.jsonl`: many bounds are so far
+//! above every error that no truth tells when one of them becomes a tenth of its former size, or loses a term. The record does.
 //!
 //! Asked again, a value that has no point in common with the recorded one, or an answer that truth contradicts, is wrong. A bound
-//! that changed by more than [`ROUNDINGS`], or a value that moved beyond rounding ([`Statement::has_moved`]), takes a reason and a
-//! new record (`cargo run -p radgrad-audit --example bite -- record FILE`): a bound that grew is no longer what was derived either.
+//! that changed by more than [`ROUNDINGS`], or a value that moved beyond rounding ([`Statement::has_moved`]), takes a reason and
+//! a new record (`cargo run -p radgrad-audit --example bite -- record FILE`): a bound that grew is no longer the derived one
+//! either.
 
 use std::fmt;
 use std::path::Path;
@@ -39,7 +40,7 @@ const BUDGET: u64 = 1_000_000;
 /// Digits that the oracle's enclosures are held against.
 const DIGITS: u32 = 60;
 
-/// What is asked.
+/// The subject of a record.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(into = "String", try_from = "String")]
 pub enum RecordedSubject {
@@ -55,7 +56,7 @@ pub enum RecordedSubject {
     Cubature(f64),
     /// Of a case, so many samples.
     Samples(u32),
-    /// Of a scene, walks of so many rays: what the solver is held against.
+    /// Of a scene, walks of so many rays: the reference of the solver.
     Walks(u32, scenes::family::Name),
     /// A bent sheet of lamps by a tree, from the receiver of this number.
     Tree(u64),
@@ -74,12 +75,12 @@ pub struct Statement {
     pub bound: f64,
 }
 
-/// What came of asking.
+/// The answer recorded for a subject.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Recorded {
     /// The statements.
     pub statements: Vec<Statement>,
-    /// What truth contradicts.
+    /// The statements that truth contradicts.
     pub wrong: Vec<String>,
 }
 
@@ -90,16 +91,16 @@ impl Recorded {
     }
 }
 
-/// What was said.
+/// A subject with its recorded statements.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Record {
-    /// What was asked.
+    /// The subject.
     pub of: RecordedSubject,
     /// The case, where it was one of a case.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub case: Option<Case>,
-    /// What was said.
+    /// The recorded statements.
     pub said: Vec<Statement>,
 }
 
@@ -133,7 +134,7 @@ impl Record {
     /// A record of today.
     ///
     /// # Errors
-    /// If truth contradicts what is said, or it cannot be recorded: no answer, or a number that is not finite.
+    /// If truth contradicts a statement, or it cannot be recorded: no answer, or a number that is not finite.
     pub fn new(of: RecordedSubject, case: Option<Case>) -> Result<Self, String> {
         let Recorded { statements, wrong } = of.asked(case.as_ref())?;
         if let Some(wrong) = wrong.first() {
@@ -146,7 +147,7 @@ impl Record {
         Ok(Self { of, case, said: statements })
     }
 
-    /// What of it is wrong today.
+    /// The deviations from it today.
     #[must_use]
     pub fn wrong(&self) -> Vec<Wrong> {
         let truth = |what: String| Wrong { by_record: false, what: format!("{}: {what}", self.of) };
@@ -162,7 +163,7 @@ impl Record {
             });
         }
         for (now, then) in statements.iter().zip(&self.said) {
-            // What is no number compares as apart.
+            // A NaN compares as apart.
             let apart = now.apart(then);
             if now.bound.is_nan() || now.bound < 0.0 {
                 faults.push(truth(format!("the bound is {:e}", now.bound)));
@@ -182,7 +183,7 @@ impl Record {
     }
 }
 
-/// Who is asked, by what it costs.
+/// The cost class of a subject.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Asked {
     /// Core.
@@ -207,7 +208,7 @@ impl RecordedSubject {
         }
     }
 
-    /// Whether what it says of an error is no bound, and nothing is wrong with two values that are far apart.
+    /// Whether its statements of an error are no bound, and nothing is wrong with two values that are far apart.
     const fn only_estimates(self) -> bool {
         matches!(self, Self::Cubature(_) | Self::Scene(Subject::Solve, _))
     }
@@ -262,7 +263,7 @@ fn of_answer(ask: Query, mut problem: Problem) -> Result<Recorded, String> {
     Ok(Recorded { statements, wrong: Vec::new() })
 }
 
-/// What a tolerance of 0 gives is the truth of a larger one.
+/// The answer to a tolerance of 0 is the truth of a larger one.
 fn against(rough: Statement, fine: &Statement) -> Recorded {
     let apart = rough.apart(fine);
     let wrong = if apart > 1.0 || apart.is_nan() {

@@ -80,7 +80,7 @@ impl Regression {
         if !fails(&name.case()) {
             return None;
         }
-        // Without what it does not take, shrinking is quicker.
+        // Without parts that it does not take, shrinking is quicker.
         let lighter = [
             Effort { oracle: false, digits: false, many: Vec::new(), ..effort.clone() },
             Effort { oracle: false, many: Vec::new(), ..effort.clone() },

@@ -52,7 +52,7 @@ impl Run {
         }
     }
 
-    /// What of it is of these families.
+    /// The part of it that is of these families.
     #[must_use]
     pub fn only(mut self, families: &[Family]) -> Self {
         self.cases.retain(|(family, _)| families.contains(family));

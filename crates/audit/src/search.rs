@@ -1,8 +1,8 @@
 //! A search for the largest error over bound, of each rung, emission, sight and quantity: [`Search::climb`] changes the worst
 //! cases found so far a little, keeps a change that is worse, and repeats.
 //!
-//! Drawn at random, most cases are far from their bounds, since a bound adds up what seldom comes together. The neighbours of a
-//! bad case are bad more often than others; so a search finds cases that no affordable number of independent draws does. Its
+//! Drawn at random, most cases are far from their bounds, since a bound adds up errors that seldom come together. The neighbours
+//! of a bad case are bad more often than others; so a search finds cases that no affordable number of independent draws does. Its
 //! proposals depend on the seed and the findings of earlier rounds alone, not on threads.
 
 use std::collections::BTreeMap;
@@ -57,7 +57,7 @@ pub struct Search {
     pub places: BTreeMap<Place, Worst>,
     /// Cases asked.
     pub asked: u64,
-    /// What must not be, whatever the bounds: the first of each kind, with how the case was asked.
+    /// Faults whatever the bounds: the first of each kind, with the query of the case.
     pub faults: Vec<(Query, Case, String)>,
 }
 

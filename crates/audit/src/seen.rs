@@ -26,7 +26,7 @@ pub fn visible_part(problem: &Problem) -> Option<Cow<'_, Emitter>> {
     }
 }
 
-/// The visible part of the emitter and no occluders where [`seen`] knows that part, else emitter and occluders as they stand.
+/// The visible part of the emitter and no occluders where [`visible_part`] knows that part, else emitter and occluders as they stand.
 #[must_use]
 pub(crate) fn reduced(problem: &Problem) -> (Cow<'_, Emitter>, &[Polygon]) {
     visible_part(problem).map_or((Cow::Borrowed(&problem.emitter), problem.occluders.as_slice()), |emitter| (emitter, &[]))
@@ -39,7 +39,7 @@ fn occluded(problem: &Problem, screen: &Polygon) -> Option<Emitter> {
     without(&problem.emitter, hidden)
 }
 
-/// Whether a triangle stands on the two neighbours of a vertex and hides what that diagonal cuts off, and no more.
+/// Whether a triangle stands on the two neighbours of a vertex and hides the part that the diagonal cuts off, and no more.
 fn hides(problem: &Problem, [p, q, top]: [DVec3; 3], vertex: usize) -> bool {
     let (x, vertices) = (problem.receiver.position(), problem.emitter.polygon().vertices());
     let count = vertices.len();

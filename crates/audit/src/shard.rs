@@ -13,7 +13,7 @@ use crate::leading::Leading;
 use crate::run::{Part, Run};
 use crate::tally::{FamilyTally, Tally};
 
-/// The tally of a part, with what it is a part of.
+/// The tally of a part, with the run that it is a part of.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shard<K, Q> {
     /// The part.
@@ -28,7 +28,7 @@ pub enum Error {
     /// Not a shard.
     #[error("not a shard: {0}")]
     Json(#[from] serde_json::Error),
-    /// A text in the file is not what it should be.
+    /// A text in the file has not the expected form.
     #[error("not a shard: {0}")]
     Text(String),
     /// There is none.

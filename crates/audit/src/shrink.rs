@@ -1,8 +1,8 @@
 //! Makes a failing case small: the fewest vertices, the simplest emission, the shortest numbers that still fail.
 //!
 //! A candidate is taken if it still fails and its [`weight`] is smaller, until none is: the weight, an integer, falls with each
-//! step, so this ends. What "fails" means is the caller's; it should hold on to what makes the case its family's, or the result
-//! will fail for another reason.
+//! step, so this ends. The caller defines "fails"; it should hold on to the property that makes the case its family's, or the
+//! result will fail for another reason.
 
 use radgrad_scene::case::{Case, EmissionRecord};
 

@@ -56,7 +56,7 @@ pub struct Map {
 /// A fault, and where it is.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Complaint {
-    /// What.
+    /// The message.
     pub what: String,
     /// The case, to be evaluated by itself.
     pub case: Case,
@@ -145,7 +145,7 @@ impl Stability {
     }
 }
 
-/// A point, and what there was to complain of; whether the oracle agreed, `Some(false)` if it had no enclosure.
+/// A point, and its complaint; whether the oracle agreed, `Some(false)` if it had no enclosure.
 struct Looked {
     point: Point,
     complaints: Vec<Complaint>,
@@ -189,7 +189,7 @@ fn look(plane: Plane, emitted: Emitted, at: [f64; 2], by_oracle: bool) -> Looked
 
 /// Whether the oracle's enclosure meets the truth; `None` where it has none.
 fn agrees(problem: &Problem, truth: &Truth) -> Option<bool> {
-    let emitter = visible_part(&problem)?;
+    let emitter = visible_part(problem)?;
     Some(Truth::unoccluded(&problem.receiver, &emitter).ok()?.overlaps(truth))
 }
 

@@ -1,6 +1,6 @@
 //! Cases counted and figures distributed, by family: a monoid under [`Tally::merge`], since its parts are.
 //!
-//! `K` is what cases are counted by, `Q` the figures: outcomes and errors in [`crate::table`], checks and ratios in
+//! Keys `K` count cases, and `Q` are the figures: outcomes and errors in [`crate::table`], checks and ratios in
 //! [`crate::bounds`].
 
 use std::collections::BTreeMap;
@@ -84,7 +84,7 @@ impl<K: Ord + Copy, Q: Ord + Copy> Tally<K, Q> {
     /// Adds a figure of a case.
     ///
     /// # Panics
-    /// If it is negative or not a number, as [`Distribution::of`].
+    /// If it is negative or not a number, as [`Distribution::single`].
     pub fn add(&mut self, case: Name, figure: Q, value: f64) {
         self.families.entry(case.family).or_default().figures.entry(figure).or_default().add(value, case);
     }

@@ -27,7 +27,7 @@ pub struct Truth {
 }
 
 /// Digits asked of the oracle where double-double arithmetic has them: four more than a double has, so that half an ulp, which
-/// is what an answer of core's double-double rung is off by, is known to a thousandth.
+/// the error of an answer of core's double-double rung, is known to a thousandth.
 const SHARP: Request = Request { digits: 20, arithmetic: Some(Arithmetic::DoubleDouble), budget: 50_000_000 };
 
 /// Digits asked of any arithmetic where it has not, mostly near contact: a tenth of an ulp. Three more would cost fifty times
@@ -46,7 +46,7 @@ impl Truth {
     /// Encloses a case with occluders. If the visible part of the emitter is a polygon, it takes the emitter's place.
     ///
     /// # Errors
-    /// As [`Self::of`].
+    /// As [`Self::unoccluded`].
     pub fn of_problem(problem: &Problem) -> Result<Self, Error> {
         let (emitter, occluders) = reduced(problem);
         Self::occluded(&problem.receiver, &emitter, occluders)
@@ -80,7 +80,7 @@ impl Truth {
         norm_above(DVec3::new(x, y, z))
     }
 
-    /// Lower bounds on the two errors: what a stated bound must at least be. Beside an error of half an ulp, the digits of the
+    /// Lower bounds on the two errors: a stated bound must be no less. Beside an error of half an ulp, the digits of the
     /// truth count.
     #[must_use]
     pub(crate) fn errors_at_least(&self, radiosity: f64, gradient: DVec3) -> (f64, f64) {

@@ -1,7 +1,7 @@
 //! Cases that come nearest to breaking a bound, kept in `data/worst/*.jsonl`: how each is asked, and how near it came.
 //!
 //! [`crate::search`] finds them. Asked again they cost next to nothing, and a bound that became too small, by a slip in its
-//! derivation or in what it bounds, is broken at once, where a million cases drawn at random may pass.
+//! derivation or in its subject, is broken at once, where a million cases drawn at random may pass.
 
 use std::fmt;
 use std::fs;
@@ -243,7 +243,7 @@ impl Query {
         asked
     }
 
-    /// The answer, and what gave it; none where another way answers.
+    /// The answer, and the method that gave it; none where another way answers.
     pub(crate) fn answer(self, problem: &Problem) -> Result<Option<(Option<AnswerMethod>, Answer)>, radgrad_core::Error> {
         let Problem { receiver, emitter, occluders, .. } = problem;
         match self {
@@ -403,7 +403,7 @@ impl Asked {
     }
 }
 
-/// How many bounds an answer on the surface is at most from what it is by another vertex named first; 0 of no answer.
+/// How many bounds an answer on the surface is at most from the answer by another vertex named first; 0 of no answer.
 pub(crate) fn apart_from_other_names(ask: Query, problem: &Problem) -> f64 {
     let Ok(Some((_, answer))) = ask.answer(problem) else { return 0.0 };
     let mut asked = Asked::default();
@@ -442,7 +442,7 @@ pub fn read_all(folder: &Path) -> Result<Vec<Witness>, Error> {
     lines(folder)
 }
 
-/// What the lines of the files `*.jsonl` in a folder hold, by file name.
+/// The values that the lines of the files `*.jsonl` in a folder hold, by file name.
 pub(crate) fn lines<T: serde::de::DeserializeOwned>(folder: &Path) -> Result<Vec<T>, Error> {
     let failed = |path: &Path| {
         let path = path.to_path_buf();
@@ -464,8 +464,8 @@ pub(crate) fn lines<T: serde::de::DeserializeOwned>(folder: &Path) -> Result<Vec
 }
 
 impl Witness {
-    /// What of it is wrong today: a bound that is broken, what must not be whatever the bounds, or a bound that is not
-    /// the one it was, which takes a new derivation and a new record.
+    /// Its deviations today: a bound that is broken, a fault whatever the bounds, or a bound that is not
+    /// the recorded one, which takes a new derivation and a new record.
     #[must_use]
     pub fn wrong(&self) -> Vec<Wrong> {
         let asked = self.ask.check(&self.case);
@@ -491,15 +491,15 @@ impl Witness {
     }
 }
 
-/// A bound below this share of what it was, or above it by as much, is not the bound it was.
+/// A bound below this share of the recorded one, or above it by as much, is not the same bound.
 const SMALLER: f64 = 0.98;
 
 /// Something wrong with a witness.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Wrong {
-    /// Whether only what was recorded tells: truth does not.
+    /// Whether the record alone tells: truth does not.
     pub by_record: bool,
-    /// What, for people.
+    /// Message for people.
     pub what: String,
 }
 

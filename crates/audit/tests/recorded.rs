@@ -69,7 +69,7 @@ fn no_gate_is_above_ten_times_the_recorded_worst() {
     let rows: Vec<[String; 7]> = reader.deserialize().map(|row| row.expect("seven columns")).collect();
     let mut held = 0;
     for [family, quantity, count, _, _, worst, case] in &rows {
-        // What is over a bound has 1 for its gate; and of few cases the worst says little.
+        // A quantity over a bound has 1 for its gate; and of few cases the worst says little.
         if quantity.ends_with("-over-bound") || count.parse::<u64>().expect("a count") < 20 {
             continue;
         }

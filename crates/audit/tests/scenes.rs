@@ -91,7 +91,7 @@ fn at_a_thousand_points_of_scenes_that_are_known_errors_are_within_three_estimat
 
 #[test]
 fn what_was_not_judged_is_counted_and_gated() {
-    // A truth that is wider than the bound and than a thirtieth of what it is about judges nothing.
+    // A truth that is wider than the bound and than a thirtieth of its value judges nothing.
     let stated = |stated: Stated| Statement { of: Quantum::Mean(0), value: 1.0, stated };
     let within = |low: f64, high: f64| Known { value: 0.5 * (low + high), interval: ConfidenceInterval { low, high } };
     let verdicts =
@@ -177,7 +177,7 @@ fn a_plate_of_a_thousand_faces_that_glows_too_little_is_noticed() {
 fn of_faces_on_faces_each_place_is_seen_once_in_the_scene_in_smaller_ones_and_in_the_file() {
     let area = |outline: &[DVec3]| Polygon::new(outline.to_vec()).unwrap().area();
     let visible_area = |model: &Model| model.visible_pieces().iter().map(|(_, outline)| area(outline)).sum::<f64>();
-    // What lies on nothing, the smaller faces included that lie on it.
+    // The faces that lie on nothing, the smaller faces included that lie on them.
     let lowest = |model: &Model| {
         let lowest = model.parts.iter().filter(|part| part.lies.is_none());
         lowest.map(|part| area(&part.corners)).sum::<f64>()

@@ -1,9 +1,9 @@
-//! What the surfaces of a closed room exchange by heat radiation: from form factors to net heat, for grey surfaces of given temperature.
+//! Heat radiation between the surfaces of a closed room: from form factors to net heat, for grey surfaces of given temperature.
 //!
-//! With F the factors by surface, e the emittances and r = 1 - e, a part `B = (I - F r)^-1 F e` of what one surface emits is absorbed by
-//! another in the end, reflections included (B. Gebhart 1961), and `e_i B_ij` is the effective factor of `q_i = sum_j e_i B_ij sigma
-//! (T_i^4 - T_j^4)`. Rows of F that sum to 1 give rows of B that do, and reciprocal factors give heat that adds up to nothing: that is
-//! what the repair is for.
+//! With F the factors by surface, e the emittances and r = 1 - e, a part `B = (I - F r)^-1 F e` of one surface's emission is
+//! absorbed by another in the end, reflections included (B. Gebhart 1961), and `e_i B_ij` is the effective factor of `q_i = sum_j
+//! e_i B_ij sigma (T_i^4 - T_j^4)`. Rows of F that sum to 1 give rows of B that do, and reciprocal factors give heat that adds up
+//! to nothing: this is the purpose of the repair.
 //!
 //! `cargo run -p radgrad-scene --example grey_bodies`
 //!

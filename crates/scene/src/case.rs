@@ -281,7 +281,7 @@ fn of_polygons(case: &Case) -> u64 {
 
 fn reply(case: &Case, wanted: Wanted) -> Result<Reply, Error> {
     if !effort::spend(of_polygons(case)) {
-        // Whoever set the limit drops this, and says what it takes.
+        // Whoever set the limit drops this, and names the limit it takes.
         return Err(Error::Fault);
     }
     let is_finer = 0.0 < case.tolerance && case.tolerance < ROUNDING;

@@ -112,8 +112,8 @@ fn note_unused(document: &Document, intake: &mut Intake) {
     }
 }
 
-/// The index in the scene of each material of the file, and last of the one that holds where a primitive names none; and what is
-/// wrong with those that are black for want of their values.
+/// The index in the scene of each material of the file, and last of the one that holds where a primitive names none; and the
+/// faults of those that are black for want of their values.
 fn materials(document: &Document, intake: &mut Intake) -> Result<(Vec<usize>, BTreeMap<usize, Fault>), Error> {
     let fallback = Material::default();
     let (mut all, mut faults) = (Vec::new(), BTreeMap::new());
@@ -151,7 +151,7 @@ struct Reader<'a> {
     document: &'a Document,
     buffers: &'a [Cow<'a, [u8]>],
     materials: Vec<usize>,
-    /// What is wrong with materials of the file: the first triangle of one is refused.
+    /// Faults of materials of the file: the first triangle of one is refused.
     faults: BTreeMap<usize, Fault>,
     /// Of each material of the file: where its textures lie.
     maps: Vec<Maps>,

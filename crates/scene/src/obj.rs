@@ -297,8 +297,8 @@ impl Reader<'_> {
         Ok(Some(uv))
     }
 
-    /// The vertex of one word of a face: `7`, `7/1`, `7//3` or `7/1/3`, or the same with negative numbers, or with nothing after a
-    /// slash. What follows the first is not needed, and noted where it is no index.
+    /// The vertex of one word of a face: `7`, `7/1`, `7//3` or `7/1/3`, or the same with negative numbers, or with nothing after
+    /// a slash. The part after the first is not needed, and noted where it is no index.
     fn corner(&mut self, line: usize, word: &str) -> Result<DVec3, Error> {
         let mut parts = word.split('/');
         let index = parts.next().and_then(|index| index.parse::<i64>().ok());

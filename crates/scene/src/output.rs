@@ -57,7 +57,7 @@ pub fn check(file: &Path) -> Result<(), Unwritten> {
 ///
 /// # Errors
 ///
-/// [`Unwritten`] with the reason: what the system says, or the error of `content`.
+/// [`Unwritten`] with the reason: the system's message, or the error of `content`.
 pub fn write_whole<E: ToString>(
     file: &Path,
     content: impl FnOnce(&mut BufWriter<File>) -> Result<(), E>,

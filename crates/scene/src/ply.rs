@@ -4,7 +4,7 @@
 //! properties are skipped. All faces are of one surface. The order of a face's vertices decides to which side it is lit. The
 //! material is black.
 //!
-//! Noted are other elements, lines of the header that are no statement, what follows the last element, and, in a text with a line
+//! Noted are other elements, lines of the header that are no statement, bytes after the last element, and, in a text with a line
 //! for each element, numbers that the header does not tell of. A vertex that is no three finite numbers is refused where a face
 //! uses it.
 
@@ -128,7 +128,7 @@ struct Element {
     properties: Vec<Property>,
 }
 
-/// What a line of the header is.
+/// The kind of a line of the header.
 enum Line {
     Statement,
     Last,
@@ -276,7 +276,7 @@ impl Element {
         Ok(())
     }
 
-    /// A vertex, or what is wrong with its coordinates; an error where its end is not known.
+    /// A vertex, or the fault of its coordinates; an error where its end is not known.
     fn vertex(&self, numbers: &mut Numbers<'_>) -> Result<Result<Coordinates, Error>, Error> {
         let (mut position, mut written, mut fault) = ([None; 3], [Written::Double; 3], None);
         self.each(numbers, |property, number| {

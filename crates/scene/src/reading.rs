@@ -35,7 +35,7 @@ pub struct Reading {
     /// By how much coordinates may be off, in their unit: 0 where they are exact. If it is not given, it is told from how the
     /// coordinates are written.
     pub precision: Option<f64>,
-    /// What becomes of faces that overlap in one plane.
+    /// How faces that overlap in one plane are resolved.
     pub overlaps: Overlaps,
 }
 

@@ -75,7 +75,8 @@ pub struct Scene {
     modelling: Modelling,
 }
 
-/// How far a scene may be from what its file was meant to say: the rounding of its coordinates, and what reading changed for it.
+/// How far a scene may be from the one that its file was meant to describe: the rounding of its coordinates, and changes on
+/// reading.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Modelling {
     /// By how much a coordinate may be off, in the unit of the scene; 0 where coordinates are exact.
@@ -418,13 +419,13 @@ impl Scene {
         self.faces.iter().map(Face::polygon)
     }
 
-    /// What was changed or left out: what the reader met, in the order of the file, and then what became of faces.
+    /// Changes and omissions: those of the reader, in the order of the file, and then those of faces.
     #[must_use]
     pub fn notes(&self) -> &[Note] {
         &self.notes
     }
 
-    /// How far it may be from what its file was meant to say.
+    /// How far it may be from the scene that its file was meant to describe.
     #[must_use]
     pub const fn modelling(&self) -> Modelling {
         self.modelling

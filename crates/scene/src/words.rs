@@ -41,12 +41,12 @@ impl<'a> Words<'a> {
         self.remainder().is_empty()
     }
 
-    /// The next word as a finite number; `what` names it.
+    /// The next word as a finite number, named by its argument.
     pub(crate) fn number(&mut self, what: &str) -> Result<f64, Error> {
         number(self.next(), what)
     }
 
-    /// The next three words as coordinates, with how they are written; `what` names them.
+    /// The next three words as coordinates, with how they are written, named by the argument.
     pub(crate) fn coordinates(&mut self, what: [&str; 3]) -> Result<Coordinates, Error> {
         let mut read = ([0.0; 3], [Written::Single; 3]);
         for (axis, what) in what.into_iter().enumerate() {
@@ -57,7 +57,7 @@ impl<'a> Words<'a> {
         Ok(read)
     }
 
-    /// The next word as an integer; `what` names it.
+    /// The next word as an integer, named by its argument.
     pub(crate) fn integer(&mut self, what: &str) -> Result<i64, Error> {
         let word = self.next();
         word.and_then(|word| word.parse().ok()).ok_or_else(|| Error::expected(format!("an integer ({what})"), quoted(word)))
@@ -69,7 +69,7 @@ impl<'a> Words<'a> {
     }
 }
 
-/// A word as a finite number; `what` names it.
+/// A word as a finite number, named by its argument.
 pub(crate) fn number(word: Option<&str>, what: &str) -> Result<f64, Error> {
     match word.map(str::parse::<f64>) {
         Some(Ok(number)) if number.is_finite() => Ok(number),

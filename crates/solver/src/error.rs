@@ -55,7 +55,7 @@ pub enum Error {
     /// The scene is refused.
     #[error(transparent)]
     Scene(#[from] radgrad_scene::Error),
-    /// What a point sees of all faces is more than everything.
+    /// The form factors from a point to all faces sum to more than 1.
     #[error(
         "a point of {face} sees {sum} of its hemisphere covered, which is more than 1: faces overlap, so that light would count twice. \
          It sees most of {}", faces.join(", ")
@@ -71,7 +71,7 @@ pub enum Error {
     /// A number is beyond the range of a double.
     #[error("the {quantity} in channel {channel} is {value}: it must be finite")]
     NotFinite {
-        /// What it is.
+        /// Name of the quantity.
         quantity: String,
         /// The channel.
         channel: String,

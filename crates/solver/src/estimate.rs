@@ -1,13 +1,13 @@
 //! Estimates of the error: its mean magnitude over all area, and its magnitude at every point.
 //!
 //! `B = E + rho G B`, with a kernel that is nowhere negative and the same both ways. Let `B_h` be the piecewise polynomial
-//! radiosity, `B_g = E + rho G B_h` what one exact gather makes of it, and `r = B_g - B_h` the residual
-//! ([`crate::estimate::residual`]). The error of the gather obeys `e = B - B_g = rho G r + rho G e`.
+//! radiosity, `B_g = E + rho G B_h` its exact gather, and `r = B_g - B_h` the residual ([`crate::estimate::residual`]). The error
+//! of the gather obeys `e = B - B_g = rho G r + rho G e`.
 //!
 //! ```text
-//! links -> SeenSources  seen: what a receiver's nodes see of receivers and of the elements above them
-//!   -> importance       importance: z, how much of a unit of light is reflected anywhere; rise: what it leaves
-//!   -> mean             mean: |e| over all area, from z and from what cancels in G r
+//! links -> SeenSources  seen: sources that a receiver's nodes see: receivers and the elements above them
+//!   -> importance       importance: z, how much of a unit of light is reflected anywhere; rise: its defect
+//!   -> mean             mean: |e| over all area, from z and from the cancellation in G r
 //!   -> at points        point: largest values near by and means far away, when they are asked for
 //! ```
 //!
@@ -16,7 +16,7 @@
 //!
 //! Where a figure has to hold at every point of an element, the difference between the largest value at the nodes and the least
 //! is added. That, and the values of z and of gathers of the residual between nodes, are estimates of the same kind as the
-//! residual's. Only what no sample sees is bounded by geometry ([`unseen`]).
+//! residual's. Only light that no sample sees is bounded by geometry ([`unseen`]).
 
 mod importance;
 pub(crate) mod ledger;
@@ -42,9 +42,9 @@ use crate::system::System;
 pub(crate) struct ErrorEstimate {
     /// Of the mean magnitude of the error of gathers over all area.
     pub(crate) mean: Vec<Ledger>,
-    /// What direct and reflected light leave out on each element.
+    /// Projection residuals of direct and of reflected light on each element.
     pub(crate) residuals: [Residuals; 2],
-    /// For each element that receives, channel after channel, what its residual counts for in the mean.
+    /// For each element that receives, channel after channel, the weight of its residual in the mean.
     weights: Vec<Vec<f64>>,
     /// The parts that the sources of error have in the mean.
     shares: Vec<Ledger>,
@@ -53,7 +53,7 @@ pub(crate) struct ErrorEstimate {
 }
 
 impl ErrorEstimate {
-    /// Estimates of the error all over the mesh, from what direct and reflected light leave out.
+    /// Estimates the error all over the mesh from the projection residuals of direct and of reflected light.
     ///
     /// # Errors
     /// If light does not settle.

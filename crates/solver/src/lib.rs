@@ -9,11 +9,11 @@
 //! ```text
 //! Scene -> Mesh        mesh, element, contact: trees of parallelograms and triangles; basis, rule: polynomials and nodes
 //!                      shadow, partition: faces cut along shadow lines, where that is asked for
-//!   -> direct light    direct: what lamps give, at the nodes of leaves; leaves are divided until little is left out
-//!   -> links           link, refine: what a receiver gathers from, and what that neglects; transfer, visible, cell: rules,
+//!   -> direct light    direct: light of lamps at the nodes of leaves; leaves are divided until little is left out
+//!   -> links           link, refine: sources of a receiver, and the light that they neglect; transfer, visible, cell: rules,
 //!                      closed forms; cluster: boxes of many faces, where there are many, for far or hidden light
 //!   -> Field           field, gathering: the linear system, solved in sweeps; sums pulled up the trees
-//!   -> ErrorEstimate   estimate: residual, mean(z |r|) with the importance z, and what it comes to at points; ledger: its sources
+//!   -> ErrorEstimate   estimate: residual, mean(z |r|) with the importance z, and errors at points; ledger: its sources
 //!   -> divide, again   solve, marking: elements that make up most of the error, or are off most by samples and gradients
 //! Solution -> gather   gather: E + rho G B_h at a point, with its estimate
 //! ```
@@ -22,9 +22,9 @@
 //! `texture`; R. Gershbein, P. Schroeder and P. Hanrahan 1993). Curved patches have a solver of their own, the crate `radgrad-curved`.
 //!
 //! # Estimate
-//! With every answer goes an estimate of its error. It is what samples say: that light has no feature smaller than the elements that their
-//! samples do not see, but for lamps that no node of an element sees and that may shine on it, which count in it in full. It is no bound.
-//! [`Options::error`] is what it has to reach.
+//! With every answer goes an estimate of its error. It follows the samples, as if light had no feature smaller than the elements
+//! that their samples do not see, but for lamps that no node of an element sees and that may shine on it, which count in it in
+//! full. It is no bound. [`Options::error`] is the bound on it at which the solution ends.
 //!
 //! Radiosities are pi times the radiance of the scene's materials, in its unit. `examples/two_squares.rs` shows the error, its
 //! estimate and their ratio as the mesh is refined.

@@ -69,8 +69,8 @@ const DEGREE_OF_FEW: usize = 4;
 /// The part of the error asked for that links may neglect.
 const LINK_PART: f64 = 0.1;
 
-/// The same where leaves are apart and make up so few pairs that finer links cost nothing that is noticed: light is smooth there, and what
-/// links neglect would be most of the error.
+/// The same where leaves are apart and make up so few pairs that finer links cost nothing that is noticed: light is smooth there,
+/// and the light that links neglect would be most of the error.
 const LINK_PART_OF_FEW: f64 = 1e-9;
 const FEW_PAIRS: usize = 10_000;
 
@@ -84,15 +84,16 @@ const STEP: f64 = 0.3;
 /// The part of the error asked for that one evaluation may have, per unit of the source's radiosity.
 const EVALUATION_PART: f64 = 2e-4;
 
-/// The same where there are no lamps and no clusters: light may then be far more even than was asked for, and known as well. Past what may
-/// hide a part of a source that is dear, and is asked for only if reflectances and emissions are those of even light.
+/// The same where there are no lamps and no clusters: light may then be far more even than was asked for, and known as well. Past
+/// a face that may hide a part of a source that is dear, and is asked for only if reflectances and emissions are those of even
+/// light.
 const GLOWING_PART: f64 = 2e-10;
 
-/// The least error asked of an evaluation, about what closed forms in double precision have.
+/// The least error asked of an evaluation, about that of closed forms in double precision.
 const FINEST: f64 = 1e-14;
 
-/// The same past what may hide a part of a source: edges in line with each other leave about so much open, and to ask for less
-/// is in vain, and dear.
+/// The same past a face that may hide a part of a source: edges in line with each other leave about so much open, and to ask for
+/// less is in vain, and dear.
 const FINEST_PAST: f64 = 1e-11;
 
 /// Changes relative to the mean radiosity below which the linear system is solved: where light may be even, as for evaluations,
@@ -103,8 +104,8 @@ const ROUGHLY_SOLVED: f64 = 1e-4;
 /// How much longer than the round before one is expected to take at most.
 const MOST_GROWTH: f64 = 2.0;
 
-/// Solves a scene. `watch` sees the solution after each round and says what comes next ([`Next`]; `true` goes on, `false` ends). The solution that
-/// was reached is returned.
+/// Solves a scene. `watch` sees the solution after each round and returns the next step ([`Next`]; `true` goes on, `false` ends).
+/// The solution that was reached is returned.
 ///
 /// ```
 /// use radgrad_core::{DVec3, Polygon};
@@ -158,9 +159,9 @@ pub fn solve_from<N: Into<Next>>(
     solve_for(scene, options, divisions, &[], watch)
 }
 
-/// [`solve_from`] for the sake of some points, each with the direction that it faces: refinement serves gathers there, and the estimate that
-/// has to reach [`Options::error`] is that of their mean error over the mean of what is reflected there. A point that is on no face is a
-/// sensor in free space. Without points the mean over all area is served.
+/// [`solve_from`] for the sake of some points, each with the direction that it faces: refinement serves gathers there, and the
+/// estimate that has to reach [`Options::error`] is that of their mean error over the mean reflected radiosity there. A point
+/// that is on no face is a sensor in free space. Without points the mean over all area is served.
 ///
 /// ```
 /// # use radgrad_core::DVec3;
@@ -202,7 +203,7 @@ pub fn solve_for<N: Into<Next>>(
         Marking::Residual | Marking::Gradient => Mesh::new(&ready.scene, degree)?,
     };
     if options.marking == Marking::Shadows {
-        // What the cuts took.
+        // The time of the cuts.
         options.time = options.time.map(|time| time.saturating_sub(started.elapsed()));
     }
     for (index, &element) in divisions.iter().enumerate() {
@@ -365,10 +366,10 @@ impl Solution {
         self.system.mesh.elements().len() >= options.most_elements.saturating_add(given)
     }
 
-    /// One round: direct light, links, sweeps, finer links, estimates. Beside what ends with the time it is expected to take so long.
-    /// Returns how long that was refined, leaves and links.
+    /// One round: direct light, links, sweeps, finer links, estimates. Beside the parts that end with the time it is expected to
+    /// take so long. Returns how long that was refined, leaves and links.
     fn round(&mut self, options: &Options, expected: Duration) -> Result<Duration, Error> {
-        // What a round cannot reach anyway is not paid for, if there may be another one.
+        // A step that a round cannot end anyway is not paid for, if there may be another one.
         let is_last = self.is_full(options);
         let [light, links] = self.budget.clock.for_round(self.progress.round == 0, options.time, expected);
         let [aim, of_direct] = if is_last { [options.error; 2] } else { self.aims(options.error) };
@@ -434,7 +435,7 @@ impl Solution {
     }
 }
 
-/// Means over all area of what faces emit, in each channel: of lamps kept apart, and of others.
+/// Means over all area of the faces' emission, in each channel: of lamps kept apart, and of others.
 fn emitted(scene: &Scene, mesh: &Mesh, lamps: &Lamps, surfaces: &Surfaces) -> [Vec<f64>; 2] {
     [true, false].map(|apart| {
         let is_meant = |face: usize| apart != (lamps.is_empty() || surfaces.glows_by_texture(face));

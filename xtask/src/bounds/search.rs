@@ -19,7 +19,7 @@ const ROUNDS: [u64; 2] = [400, 40];
 /// A bound whose worst is below this says little.
 const LITTLE: f64 = 0.05;
 
-/// Climbs from the recorded witnesses, prints and writes what it found. Whether no bound was broken.
+/// Climbs from the recorded witnesses, prints and writes its results. Whether no bound was broken.
 pub(super) fn run(arguments: &Arguments, out: &Path) -> Result<bool, Box<dyn Error>> {
     let mut search = Search::from_witnesses(&witness::read_all(&in_workspace("data/worst"))?);
     let rounds = ROUNDS[usize::from(arguments.quick || arguments.cases.is_some())];
@@ -91,7 +91,7 @@ fn printed(search: &Search) -> String {
     fitted(right_aligned(printed))
 }
 
-/// `search.csv`, and `worst.jsonl` with the two worst cases of each place: what `data/worst/bounds.jsonl` is a copy of.
+/// `search.csv`, and `worst.jsonl` with the two worst cases of each place: `data/worst/bounds.jsonl` is a copy of it.
 fn write(search: &Search, reasons: &Reasons, out: &Path) -> Result<(), Box<dyn Error>> {
     let mut lines = String::new();
     files::table(&out.join("search.csv"), |table| {

@@ -38,7 +38,7 @@ impl Limits {
         Self { compiler: compiler.to_owned(), limits: counts.iter().map(limit).collect() }
     }
 
-    /// The same limits, none above what the same compiler had before: recording loosens nothing.
+    /// The same limits, none above the same compiler's former ones: recording loosens nothing.
     pub(super) fn no_looser_than(mut self, before: &Self) -> Self {
         if self.compiler == before.compiler {
             for (kernel, limit) in &mut self.limits {

@@ -1,5 +1,5 @@
-//! The steps of the constant emitter's bound (`crates/core/src/forms/constant_bound.rs`) on one arc, in their order. What a step takes
-//! from one above it is a hypothesis of as many units as core has for that.
+//! The steps of the constant emitter's bound (`crates/core/src/forms/constant_bound.rs`) on one arc, in their order. A result
+//! that a step takes from one above it is a hypothesis of as many units as core has for that.
 //!
 //! | symbol | meaning |
 //! |---|---|
@@ -98,7 +98,7 @@ fn one(script: &Script<'_>) -> Vec<Case> {
     vec![Case { name: String::new(), script: script.write() }]
 }
 
-/// On the relative error of a number in the program of sizes, given what is known of others.
+/// On the relative error of a number in the program of sizes, given the errors of others.
 fn of_sizes<'t>(tape: &'t Tape, number: Recorded<'t>, most: f64, known: &[(&[Recorded<'t>], Known)]) -> Script<'t> {
     let mut script = Script::of_sizes(tape);
     for (numbers, known) in known {
@@ -242,7 +242,7 @@ struct Weight<'t> {
     inline: Recorded<'t>,
     /// One over the distances of the ends.
     inverse: [Recorded<'t>; 2],
-    /// In the place of q, `1/|r|` or what a linear emitter has for it.
+    /// In the place of q, `1/|r|` or a linear emitter's counterpart of it.
     q: [Recorded<'t>; 2],
     c: [Recorded<'t>; 2],
     angle: Recorded<'t>,

@@ -153,7 +153,7 @@ fn logarithm(stated: &Stated) -> Vec<Case> {
         .collect()
 }
 
-/// Shares of `f - s (f - 2 z L)` and of what is in it, of f: `s = f/(f + 2)`, `z = s^2`.
+/// Shares of `f - s (f - 2 z L)` and of its terms, of f: `s = f/(f + 2)`, `z = s^2`.
 fn hint_near_one<'t>(script: &mut Script<'t>, [logarithm, low, f, product]: [Recorded<'t>; 4]) {
     let [s, difference] = product.operands();
     let [_, twice] = difference.operands();
@@ -173,7 +173,7 @@ fn hint_near_one<'t>(script: &mut Script<'t>, [logarithm, low, f, product]: [Rec
     script.hint(&format!("rest / {logarithm} -> tau * ({f} / {low}) {{ {low} <> 0 }}"));
 }
 
-/// `(g - sin g)/2g^3 = sum (-1)^k z^k / 2(2k + 3)!`, z from 0 to 1: what is left out is at most its first term.
+/// `(g - sin g)/2g^3 = sum (-1)^k z^k / 2(2k + 3)!`, z from 0 to 1: the remainder is at most its first term.
 fn sine_series(stated: &Stated) -> Vec<Case> {
     let tape = Tape::default();
     let z = tape.input(0.5);

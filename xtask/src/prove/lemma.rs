@@ -1,4 +1,4 @@
-//! What is to be proved, and a fault to plant in it.
+//! A lemma to prove, and a fault to plant in it.
 
 use radgrad_core::closed_forms::units::{MOST_DISPLACED, SECOND_ORDER};
 
@@ -11,7 +11,7 @@ pub(crate) const U: f64 = f64::EPSILON / 2.0;
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Lemma {
     pub(crate) name: &'static str,
-    /// What it states, beside the number.
+    /// Its statement, beside the number.
     pub(crate) says: &'static str,
     /// The number that core has for it.
     pub(crate) stated: f64,
@@ -59,13 +59,13 @@ impl Stated {
         lemma.has_coefficient.then_some(Self { number: lemma.stated, coefficient: 1.0 + 1e-6 })
     }
 
-    /// To first order, so many units of roundoff and what comes from outside the code.
+    /// To first order, so many units of roundoff and the error from outside the code.
     pub(crate) fn units_and(&self, outside: f64) -> f64 {
         SECOND_ORDER * (self.number * U + outside)
     }
 }
 
-/// What comes from outside the code: errors of w and of crossing points.
+/// Errors from outside the code: of w and of crossing points.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Displaced {
     pub(crate) ew: f64,
@@ -76,7 +76,7 @@ impl Displaced {
     /// By nothing.
     pub(crate) const NOT: Self = Self { ew: 0.0, eta: 0.0 };
 
-    /// The corners of what is allowed.
+    /// The corners of the allowed range.
     ///
     /// They suffice. An error is at most a power series in the sizes of the given errors, with coefficients that are not negative: so it is
     /// convex in each of these alone. The bound is linear in each. Their difference is largest at a corner.

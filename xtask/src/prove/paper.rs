@@ -1,4 +1,4 @@
-//! What stays on paper, and why.
+//! Lemmas that stay on paper, and the reasons.
 
 use crate::summary::with_header;
 

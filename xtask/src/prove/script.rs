@@ -6,7 +6,7 @@
 //!   not change with the scale then, so a lemma may set a length to 1. The roundings of binary64 themselves are for programs that
 //!   rest on exact steps.
 //! - *Sizes*: of a program of sums, differences and products, each monomial of the result has a factor `(1 + d)` for each rounding
-//!   on its way, |d| <= u. So the error is at most what it would be if all inputs were positive and all differences sums; and there a
+//!   on its way, |d| <= u. So the error is at most that of the program if all inputs were positive and all differences sums; and there a
 //!   relative error is at most the largest of those of the terms, since shares of a sum of positive numbers are between 0 and 1.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -21,7 +21,7 @@ pub(crate) enum Rounding {
     Relative,
 }
 
-/// What is known of a number instead of how it was computed.
+/// The known error of a number instead of how it was computed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Known {
     /// It is a double, and exact.
@@ -144,7 +144,7 @@ impl<'t> Script<'t> {
         self.within(&format!("{} -/ {}", computed(number), self.exact(number)), most);
     }
 
-    /// The truth differs from what the program gives without roundings by `rest`: sizes times numbers of at most so much.
+    /// The truth differs from the program's result without roundings by `rest`: sizes times numbers of at most so much.
     pub(crate) fn known_to(&mut self, terms: &[(&str, f64)]) {
         let names = ["tau", "rho"];
         let sum: Vec<String> = terms.iter().zip(names).map(|((size, _), name)| format!("{name} * {size}")).collect();

@@ -1,5 +1,5 @@
-//! A scalar that records what is done with it: core's closed forms, run on [`Recorded`], leave the straight-line program of the code
-//! that users run.
+//! A scalar that records the operations on it: core's closed forms, run on [`Recorded`], leave the straight-line program of the
+//! code that users run.
 //!
 //! Each number also has the double that it would be, so that the program takes the path of one example; the decisions on the way are
 //! recorded as they were taken. A closed form has few paths, and a lemma records one for each.
@@ -27,7 +27,7 @@ pub(crate) enum Step {
     Angle(usize, usize),
 }
 
-/// What was recorded.
+/// The recorded steps.
 #[derive(Debug, Default)]
 pub(crate) struct Tape {
     /// Steps, each with its value in the example.
@@ -76,7 +76,7 @@ impl Tape {
         self.decisions.borrow().clone()
     }
 
-    /// The program on other inputs, in doubles; a function is what `of` makes of it.
+    /// The program on other inputs, in doubles; `of` evaluates a function.
     #[cfg(test)]
     pub(crate) fn replay(&self, inputs: &[f64]) -> Vec<f64> {
         let (mut inputs, mut values) = (inputs.iter(), Vec::<f64>::new());

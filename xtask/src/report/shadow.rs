@@ -140,7 +140,7 @@ pub(super) fn legend() -> String {
         .concat()
 }
 
-/// `x` and the values of [`at`] there.
+/// `x` and the values of [`evaluate_floor`] there.
 type CutPoint = (f64, [f64; 6]);
 
 fn cut_places() -> impl Iterator<Item = f64> {

@@ -241,7 +241,7 @@ pub(super) fn closest(searched: &[Searched]) -> Table {
     table
 }
 
-/// A drawn fault that `cargo xtask mutants` switched on, and what became of it.
+/// A drawn fault that `cargo xtask mutants` switched on, and its outcome.
 #[derive(Debug, Deserialize)]
 pub(super) struct Fault {
     seed: u64,

@@ -1,4 +1,4 @@
-//! What a run was and how it ended, in files beside its tables: `NAME-run.csv` with a field a row, `NAME-violations.csv`.
+//! The settings and outcome of a run, in files beside its tables: `NAME-run.csv` with a field a row, `NAME-violations.csv`.
 
 use std::error::Error;
 use std::fmt::Display;
@@ -36,7 +36,7 @@ impl Record {
         self.fields.push([field.to_owned(), value.to_string()]);
     }
 
-    /// Prints and keeps what must not be, with the command that shows it.
+    /// Prints and keeps a violation, with the command that shows it.
     pub(crate) fn violated(&mut self, what: impl Display, command: &str) {
         println!("VIOLATED {what}\n  replay: {command}");
         self.violations.push([what.to_string(), command.to_owned()]);

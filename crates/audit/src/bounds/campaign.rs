@@ -21,8 +21,8 @@ pub const MANY_EVERY: u64 = 1009;
 /// In one of so many, also against the oracle.
 pub const MANY_BY_ORACLE_EVERY: u64 = 20_011;
 
-/// Cases of a family in proportion to the others: fewer of what takes the dear rungs, where a case costs 50 times as much. Where
-/// nothing is computed, or the input is refused, few do. 0 where each takes a second: see [`run`].
+/// Cases of a family in proportion to the others: fewer of cases that take the dear rungs, where a case costs 50 times as much.
+/// Where nothing is computed, or the input is refused, few do. 0 where each takes a second: see [`run`].
 #[must_use]
 pub const fn share(family: Family) -> u64 {
     match family {

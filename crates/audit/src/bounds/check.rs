@@ -17,7 +17,7 @@ pub(crate) const TIGHT: f64 = 1e-15;
 /// Digits of the reference from [`radgrad_core::evaluate_digits`]: six more than half an ulp has.
 const REFERENCE_DIGITS: u32 = 22;
 
-/// Bound on a 0, over the largest emission, that is as good as 0: what is hidden up to the last bit of any precision.
+/// Bound on a 0, over the largest emission, that is as good as 0: the emitter is hidden up to the last bit of any precision.
 const LEAST: f64 = 1e-300;
 
 /// Checks of a case beyond the usual one, which holds answers to 1e-12 and 1e-15 against core's own to a tolerance of 0.
@@ -212,7 +212,7 @@ impl Check {
         let errors = [Figure::ValueError, Figure::GradientError];
         let sharp = [Figure::SharpValueError, Figure::SharpGradientError];
         let tightness = [Figure::ValueTightness, Figure::GradientTightness];
-        // What is not to be told from 0 has no relative error.
+        // A quantity that is not to be told from 0 has no relative error.
         for quantity in [0, 1].into_iter().filter(|&quantity| sizes[quantity] > 0.0) {
             let Distance { most, .. } = best[quantity];
             self.figures.push((errors[quantity], ratio(most, sizes[quantity])));

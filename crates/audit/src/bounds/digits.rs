@@ -34,7 +34,7 @@ fn read(answer: &PreciseAnswer) -> Option<Truth> {
     Some(Truth { radiosity: interval(&answer.radiosity, &answer.radiosity_error)?, gradient: [x?, y?, z?] })
 }
 
-/// Holds core's `digits` against twice as many, and against the oracle's if asked; marks, each with what there is to say.
+/// Holds core's `digits` against twice as many, and against the oracle's if asked; marks, each with its message.
 #[must_use]
 pub fn check(problem: &Problem, digits: u32, by_oracle: bool) -> Vec<(Mark, String)> {
     let [few, more] = match [digits, 2 * digits].map(|digits| enclosure(problem, digits)) {
@@ -49,7 +49,7 @@ pub fn check(problem: &Problem, digits: u32, by_oracle: bool) -> Vec<(Mark, Stri
     };
     compare(&more, "twice as many");
     if by_oracle {
-        let emitter = visible_part(&problem);
+        let emitter = visible_part(problem);
         let occluders = if emitter.is_some() { &[][..] } else { &problem.occluders };
         match enclose_occluded(&problem.receiver, emitter.as_deref().unwrap_or(&problem.emitter), occluders, digits + MORE) {
             Ok(enclosure) => {

@@ -44,7 +44,7 @@ impl Distance {
 }
 
 impl Reference {
-    /// What a case checked against it is counted by.
+    /// The mark that counts a case checked against it.
     #[must_use]
     pub const fn mark(&self) -> Mark {
         match self {

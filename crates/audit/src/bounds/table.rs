@@ -1,4 +1,4 @@
-//! The bounds table: per family what was counted, how tight the bounds are, and who answered.
+//! The bounds table: per family the counts, how tight the bounds are, and the rungs that answered.
 
 use std::io;
 

@@ -1,4 +1,4 @@
-//! What doubles hold at their ends: receivers that are on the surface but for rounding, normals and lengths whose squares
+//! Doubles at the ends of their range: receivers that are on the surface but for rounding, normals and lengths whose squares
 //! underflow, numbers of very different exponents side by side, values that cancel.
 
 use glam::DVec3;
@@ -81,7 +81,7 @@ pub(super) fn mixed_exponents(sampler: &mut Sampler) -> Scene {
             EmissionRecord::Constant { constant } => *constant *= power_of_two(exponent),
             EmissionRecord::Vertices { vertices } => vertices.fill_with(|| sampler.spread(-900, 900)),
             EmissionRecord::Gradient { value, gradient } => {
-                // So little that it takes nothing away, or all that is allowed, over what the triangle has become.
+                // So little that it takes nothing away, or all that is allowed, over the size of the triangle.
                 *value *= power_of_two(exponent);
                 let reach = longest.max(1.0);
                 let slope = DVec3::from_array(*gradient);
@@ -144,7 +144,8 @@ pub(super) fn hundred_vertices(sampler: &mut Sampler) -> Scene {
 /// and seen edge-on before the emitter.
 pub(super) fn occluders_in_plane(sampler: &mut Sampler) -> Scene {
     let triangle = Triangle::horizontal(sampler);
-    // On the line x = 0, which is the trace of what is seen edge-on; heights are multiples of 2^-20, so that they cancel exactly.
+    // On the line x = 0, which is the trace of the emitter seen edge-on; heights are multiples of 2^-20, so that they cancel
+    // exactly.
     let height = (sampler.spread(-3, 3) * power_of_two(20)).floor() * power_of_two(-20);
     let position = DVec3::new(0.0, sampler.between(-1.0, 1.0), height);
     let normal =

@@ -1,4 +1,4 @@
-//! Two difficulties at once: what saves the digits against the one must not lose them to the other.
+//! Two difficulties at once: the remedy against the one must not lose the digits to the other.
 
 use glam::DVec3;
 
@@ -58,8 +58,8 @@ fn screened(sampler: &mut Sampler, low: i64, high: i64) -> Scene {
     scene
 }
 
-/// 2^-24 to 2^-3 sizes above the inside; a vertex, or the edge between two, looks over the horizon by 2^-24 to 2^-3 of what the
-/// rest is below it.
+/// 2^-24 to 2^-3 sizes above the inside; a vertex, or the edge between two, looks over the horizon by 2^-24 to 2^-3 of the depth
+/// of the other vertices below it.
 pub(super) fn contact_sliver(sampler: &mut Sampler) -> Scene {
     let triangle = Triangle::random_or_horizontal(sampler);
     let position = inside(sampler, triangle.vertices) + triangle.normal * (triangle.longest * sampler.spread(-24, -3));

@@ -23,7 +23,7 @@ pub(super) fn ten_screens(sampler: &mut Sampler) -> Scene {
 }
 
 /// A screen with an edge seen along an edge of the emitter, off it by 2^-40 to 2^-3 of its length to either side, or exactly in
-/// line as far as rounding allows; what it hides is a sliver or all but one.
+/// line as far as rounding allows; it hides a sliver or all but one.
 pub(super) fn silhouette_screen(sampler: &mut Sampler) -> Scene {
     let mut scene = spread::generic(sampler);
     let x = scene.position;

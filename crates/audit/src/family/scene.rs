@@ -6,7 +6,7 @@ use radgrad_scene::case::{Case, EmissionRecord, EmitterRecord, Id, ReceiverRecor
 use super::Name;
 use crate::sampler::Sampler;
 
-/// A receiver and an emitter, and what may stand between.
+/// A receiver and an emitter, and the occluders between.
 #[derive(Debug, Clone)]
 pub(super) struct Scene {
     pub(super) position: DVec3,

@@ -1,4 +1,4 @@
-//! Fat triangles in free sight, and what distance, width, unit and origin do to them.
+//! Fat triangles in free sight, at varied distances, widths, units and origins.
 
 use glam::DVec3;
 use radgrad_scene::case::EmissionRecord;

@@ -262,8 +262,9 @@ fn components_of_normals_are_far_apart_and_none_is_lost() {
     assert!(ratios.iter().any(|ratio| *ratio < 1e-60) && ratios.iter().any(|ratio| *ratio > 1e-30));
 }
 
-/// At distances for which the enclosure has no truth. What hides a part of the emitter hides the same part at any distance from the
-/// receiver; the gradient is that of the emitter's edges and, over the distance, that of the occluder's, both known from two distances.
+/// At distances for which the enclosure has no truth. An occluder of a part of the emitter hides the same part at any distance
+/// from the receiver; the gradient is that of the emitter's edges and, over the distance, that of the occluder's, both known from
+/// two distances.
 #[test]
 fn an_occluder_hides_the_same_at_every_distance_and_its_gradient_is_inverse() {
     let mut held = 0;
@@ -295,8 +296,8 @@ fn an_occluder_hides_the_same_at_every_distance_and_its_gradient_is_inverse() {
     assert_eq!(held, 12);
 }
 
-/// Narrower than what the enclosure has a truth for: a strip seen over the horizon 2^580 times as narrow, at 2^580 times the emission, gives
-/// 2^-580 times the radiosity and the same gradient.
+/// Narrower than the narrowest strip that the enclosure has a truth for: a strip seen over the horizon 2^580 times as narrow, at
+/// 2^580 times the emission, gives 2^-580 times the radiosity and the same gradient.
 #[test]
 fn what_a_small_component_lets_see_is_as_its_square() {
     for index in 0..12 {

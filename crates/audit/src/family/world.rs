@@ -1,5 +1,5 @@
-//! What files have and drawn scenes seldom do: things of very different size beside each other, walls that stand on the floor, normals
-//! whose components are far apart, and vertices in single precision.
+//! Properties that files have and drawn scenes seldom do: things of very different size beside each other, walls that stand on
+//! the floor, normals whose components are far apart, and vertices in single precision.
 
 use glam::DVec3;
 use radgrad_scene::case::EmissionRecord;
@@ -12,8 +12,9 @@ use super::scene::{Scene, normal_where};
 use super::spread;
 use crate::sampler::{Sampler, power_of_two};
 
-/// An occluder 2^-160 to 2^160 times as far away, or as large, as the emitter: beyond, the enclosure has no truth within its budget. The
-/// receiver is at the origin, so that what is nearer is so exactly; what is larger ends in the way, and reaches out along the axes.
+/// An occluder 2^-160 to 2^160 times as far away, or as large, as the emitter: beyond, the enclosure has no truth within its
+/// budget. The receiver is at the origin, so that a nearer occluder is so exactly; a larger one ends in the way, and reaches out
+/// along the axes.
 pub(super) fn other_scale(sampler: &mut Sampler) -> Scene {
     let mut scene = spread::generic(sampler);
     let origin = std::mem::replace(&mut scene.position, DVec3::ZERO);
@@ -57,8 +58,9 @@ pub(super) fn standing(sampler: &mut Sampler) -> Scene {
     Scene { occluders: vec![wall], ..Scene::open(position, DVec3::Z, vertices.to_vec(), emission) }
 }
 
-/// A receiver's normal whose components are 2^60 to 2^240 apart, and an emitter that reaches just up to the horizon of the large one: what
-/// is seen is as narrow as the small one is. The radiosity is as the square of that, and the enclosure's radii are doubles.
+/// A receiver's normal whose components are 2^60 to 2^240 apart, and an emitter that reaches just up to the horizon of the large
+/// one: the part that is seen is as narrow as the small one is. The radiosity is as the square of that, and the enclosure's radii
+/// are doubles.
 pub(super) fn steep_normal(sampler: &mut Sampler) -> Scene {
     let turn = sampler.below(3) as usize;
     let turned = |v: [f64; 3]| DVec3::from_array([0, 1, 2].map(|axis| v[(axis + turn) % 3]));

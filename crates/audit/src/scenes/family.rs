@@ -17,7 +17,7 @@ const LONG: u64 = 8;
 pub enum Family {
     /// A closed room with boxes in it and lamps under its ceiling, in one channel or three.
     Clutter,
-    /// A closed room with boxes where every face emits what it does not reflect: the radiosity is 1.
+    /// A closed room with boxes where every face emits the light that it does not reflect: the radiosity is 1.
     Furnace,
     /// Two rectangles that face each other: known to ten digits.
     Facing,
@@ -125,11 +125,12 @@ impl Family {
         }
     }
 
-    /// What is asked of scene `index`: of most families how light is, with certificates, and of every third scene factors and fields too.
+    /// The subjects of scene `index`: of most families the light, with certificates, and of every third scene factors and fields
+    /// too.
     #[must_use]
     pub const fn subjects(self, index: u64) -> &'static [Subject] {
         match self {
-            // What is known of a bound that rounding widens is that of factors.
+            // A bound that rounding widens is known for factors.
             Self::Rounded | Self::Nested => &[Subject::Factors],
             Self::Plates => &[Subject::Solve, Subject::Certificate],
             _ if index.is_multiple_of(3) => &Subject::ALL,

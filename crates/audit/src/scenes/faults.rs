@@ -1,5 +1,5 @@
 //! Faults that are planted, to see that the audit finds them: the scene that the solver is given differs from the one that the
-//! oracle is given, or what it says is changed on the way. Nothing of this is in shipped code.
+//! oracle is given, or its answer is changed on the way. Nothing of this is in shipped code.
 
 use glam::DVec3;
 use radgrad_oracle::scene::Effort;
@@ -27,7 +27,7 @@ pub enum Fault {
     OccluderSkipped,
     /// A face is taken for its back.
     FaceTurned,
-    /// One face reflects half of what it does.
+    /// One face reflects half of its reflectance.
     ReflectanceHalved,
     /// Nothing is reflected twice.
     NoReflection,
@@ -192,7 +192,7 @@ impl Fault {
         let lamps: Vec<usize> = (0..given.parts.len()).filter(|&k| power(&given.parts[k]) > 0.0).collect();
         let strongest = lamps.iter().copied().max_by(|&a, &b| power(&given.parts[a]).total_cmp(&power(&given.parts[b])));
         let weakest = lamps.iter().copied().min_by(|&a, &b| power(&given.parts[a]).total_cmp(&power(&given.parts[b])));
-        // Of what reflects, the last is a box's where there is one.
+        // Of the faces that reflect, the last is a box's where there is one.
         let reflects = |k: &usize| given.parts[*k].reflectance[0] > 0.0;
         let last = (0..given.parts.len()).rfind(reflects);
         match self {
@@ -354,7 +354,7 @@ pub struct Found {
 /// Scenes of a family among which those are looked for that a fault changes.
 const SEARCHED: u64 = 40;
 
-/// A scene with what was said of it, all of which holds or is too rough to judge.
+/// A scene with its statements, all of which hold or are too rough to judge.
 struct Control {
     name: Name,
     subject: Subject,
@@ -422,7 +422,7 @@ fn shows(fault: Fault, control: &Control, said: &[Statement]) -> bool {
     let put = if moves { occluders(&control.model) } else { Vec::new() };
     let elsewhere = |of: Quantum| match of {
         Quantum::Factor(from, to) | Quantum::Reciprocity(from, to) => put.contains(&from) || put.contains(&to),
-        // What such a face showed it shows no longer.
+        // The factor that such a face showed it shows no longer.
         Quantum::RowSum(_) => !put.is_empty(),
         Quantum::Cell(face, _) => put.contains(&face),
         Quantum::Mean(_) | Quantum::Point(..) => false,

@@ -20,15 +20,15 @@ use super::table::{median, write_rows};
 /// The part of its length that a gradient is asked to be known to.
 pub const WITHIN: f64 = 0.01;
 
-/// Elements above which nothing is divided, in an answer and in a truth: effort is counted and not timed, so that what is found depends on
-/// the scene alone.
+/// Elements above which nothing is divided, in an answer and in a truth: effort is counted and not timed, so that the result
+/// depends on the scene alone.
 const MOST_ELEMENTS: usize = 3000;
 
 /// Error asked of a truth, and the part of its length that the estimate of a true gradient is within where it is not rough.
 const TRUE: f64 = 1e-5;
 const ROUGH: f64 = 0.5 * WITHIN;
 
-/// Steps of differences over the extent of the scene, and what the differences by the two may be apart, over their length.
+/// Steps of differences over the extent of the scene, and the largest difference of the results by the two, over their length.
 const STEPS: [f64; 2] = [1e-5, 2e-5];
 const SMOOTH: f64 = 0.1 * WITHIN;
 

@@ -18,7 +18,7 @@ pub const ROUGH: f64 = 0.03;
 pub enum Verdict {
     /// The truth may be within the bound, or within [`ESTIMATES`] estimates.
     Held,
-    /// It is not within the bound, the value or what is said of its error is no number, or even light is not even to [`EVEN`].
+    /// It is not within the bound, the value or its stated error is no number, or even light is not even to [`EVEN`].
     Broken,
     /// It is farther off than [`ESTIMATES`] estimates.
     Off,
@@ -42,9 +42,9 @@ pub struct Judged {
     pub statement: Statement,
     /// Its truth.
     pub known: Known,
-    /// What the half-width of a truth is compared with.
+    /// The quantity that the half-width of a truth is compared with.
     pub(crate) scale: f64,
-    /// Whether what is said of its error holds.
+    /// Whether its stated error holds.
     pub verdict: Verdict,
 }
 
@@ -80,7 +80,7 @@ pub struct Outcome {
 pub const ESTIMATES: f64 = 3.0;
 
 impl Judged {
-    /// Judges a statement; `scale` is what a half-width is compared with.
+    /// Judges a statement; `scale` is the size that a half-width is compared with.
     #[must_use]
     pub fn new(statement: Statement, known: Known, scale: f64) -> Self {
         let half = 0.5 * known.interval.width();
@@ -105,7 +105,7 @@ impl Judged {
         Self { statement, known, scale, verdict }
     }
 
-    /// What is said of the error over the error, or over the least error that the truth can tell.
+    /// The stated error over the error, or over the least error that the truth can tell.
     #[must_use]
     pub(crate) fn over_error(&self) -> f64 {
         let half = 0.5 * self.known.interval.width();
@@ -127,7 +127,7 @@ pub(crate) fn judge_as_sharply(model: &Model, subject: Subject, effort: (&Effort
     outcome(model, subject, |statements| judged(model, subject, statements, effort))
 }
 
-/// The same of certificates, against what the solution of the scene was judged against, if it was.
+/// The same of certificates, against the truth that the solution of the scene was judged against, if it was.
 #[must_use]
 pub(crate) fn judge_certificates(model: &Model, solved: &Outcome, effort: (&Effort, Sharpness)) -> Outcome {
     let Ending::Judged(solved) = &solved.ending else {
@@ -143,7 +143,7 @@ pub(crate) fn judge_certificates(model: &Model, solved: &Outcome, effort: (&Effo
     })
 }
 
-/// Asks for a scene, and ends with what `judged` says of the statements.
+/// Asks for a scene, and ends with the judgement by `judged` of the statements.
 fn outcome(model: &Model, subject: Subject, judged: impl Fn(&[Statement]) -> Ending) -> Outcome {
     let start = Instant::now();
     let said = ask(model, subject);

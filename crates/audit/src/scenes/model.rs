@@ -18,7 +18,7 @@ use super::written::{self, Lies, Written};
 pub struct Grid {
     /// Columns and rows.
     pub size: [usize; 2],
-    /// What the face's own values are times, row by row, at most 1; the same in every channel.
+    /// Factors on the face's own values, row by row, at most 1; the same in every channel.
     pub texels: Vec<f64>,
     /// The quantity that it varies.
     pub quantity: Quantity,
@@ -179,13 +179,13 @@ impl Model {
         self.probes.iter().map(placed).collect()
     }
 
-    /// What is seen of each face where others lie on it: its index, and the outline of each piece.
+    /// The visible pieces of each face where others lie on it: its index, and the outline of each piece.
     #[must_use]
     pub fn visible_pieces(&self) -> Vec<(usize, Vec<DVec3>)> {
         written::visible_pieces(&self.parts)
     }
 
-    /// A channel of the unchanged scene as the oracle takes it: a face for each of [`Self::seen`].
+    /// A channel of the unchanged scene as the oracle takes it: a face for each of [`Self::visible_pieces`].
     ///
     /// # Errors
     /// If a face is no polygon, or a value out of range.

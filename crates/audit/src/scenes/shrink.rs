@@ -2,7 +2,7 @@
 
 use super::model::{Exact, Model};
 
-/// A scene without a face; the points on it go too, and what was known of the whole is no longer.
+/// A scene without a face; the points on it go too, and the exact value of the whole is no longer known.
 #[must_use]
 pub fn without(model: &Model, part: usize) -> Model {
     let mut smaller = model.clone();

@@ -1,4 +1,4 @@
-//! Statements of the solver, the form factors and the fields about a scene: each a value with what is said of its error.
+//! Statements of the solver, the form factors and the fields about a scene: each a value with its stated error.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -72,7 +72,7 @@ impl Quantum {
     }
 }
 
-/// What is said of the error of a value.
+/// The stated error of a value.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Stated {
     /// It is no more than this.
@@ -91,7 +91,7 @@ pub enum Stated {
 }
 
 impl Stated {
-    /// The bound, or the estimate, or half of what is between limits.
+    /// The bound, or the estimate, or half the distance of the limits.
     #[must_use]
     pub const fn size(self) -> f64 {
         match self {
@@ -114,7 +114,7 @@ impl Stated {
     }
 }
 
-/// A value with what is said of its error.
+/// A value with its stated error.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Statement {
     /// Its quantity.
@@ -226,7 +226,7 @@ fn factors(model: &Model, scene: &Scene) -> Result<Vec<Statement>, String> {
     };
     let mut statements = Vec::new();
     let say = |of: Quantum, value: f64, bound: f64| Statement { of, value, stated: Stated::Bound(bound) };
-    // The mean over the pieces of the one of what they see of the other, with its bound. The matrix does not store exact zeros.
+    // The mean over the pieces of the one of their factors to the other, with its bound. The matrix does not store exact zeros.
     let factor = |from: usize, is_seen: &dyn Fn(usize) -> bool| {
         faces[from].iter().fold([0.0, 0.0], |[value, bound], &face| {
             // Areas of scaled scenes may be none.

@@ -37,7 +37,8 @@ pub struct Requirement {
 }
 
 impl Requirement {
-    /// How many of so many limits at `CERTIFIED` may fail: the part that is allowed, or what chance makes of few, by two standard deviations.
+    /// How many of so many limits at `CERTIFIED` may fail: the part that is allowed, or more of few by chance, by two standard
+    /// deviations.
     #[must_use]
     pub fn may_miss(&self, of: u64) -> f64 {
         let expected = CERTIFIED * of as f64;
@@ -80,9 +81,9 @@ pub struct Row {
     pub refused: u64,
     /// Scenes that failed otherwise: refused or answered where that must not be, panics, other digits, no truth.
     pub failed: u64,
-    /// Bound over error of what was held.
+    /// Bound over error of the statements held.
     pub over_error: Vec<f64>,
-    /// Estimate over error, of what is off too.
+    /// Estimate over error, of the statements that are off too.
     pub estimates: Vec<f64>,
     /// Half-width over truth of limits of means that may not fail.
     pub widths: Vec<f64>,
@@ -115,7 +116,8 @@ pub struct Table {
 }
 
 impl Table {
-    /// So many scenes, shared among the families, on all cores. `done` is called after each, from any thread, with what is wrong with it.
+    /// So many scenes, shared among the families, on all cores. `done` is called after each, from any thread, with its
+    /// violations.
     pub fn measure(
         families: &[Family],
         cases: u64,
@@ -328,7 +330,7 @@ impl Row {
         self.held + self.broken + self.off + self.missed
     }
 
-    /// Median of bound over error among what was held, the truth's half-width being the least error that can be told.
+    /// Median of bound over error among the statements held, the truth's half-width being the least error that can be told.
     #[must_use]
     pub fn median_over_error(&self) -> Option<f64> {
         median(&self.over_error)

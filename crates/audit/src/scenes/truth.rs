@@ -18,7 +18,7 @@ pub enum Error {
     Oracle(#[from] radgrad_oracle::Error),
 }
 
-/// What walks may cost, and with which confidence their limits hold: of twenty thousand statements none is taken for wrong by
+/// The cost of walks, and the confidence with which their limits hold: of twenty thousand statements none is taken for wrong by
 /// chance with a probability of 0.998 and more.
 pub const EFFORT: Effort = Effort { rays: 600_000, rays_a_point: 1_000_000, digits: 15, seed: 1, confidence: 1.0 - 1e-7 };
 
@@ -27,7 +27,8 @@ pub const EFFORT: Effort = Effort { rays: 600_000, rays_a_point: 1_000_000, digi
 pub enum Sharpness {
     /// As sharp as the effort makes it.
     Full,
-    /// As sharp as the estimates that it judges need: what a few rays know to [`OF_ESTIMATE`] of an estimate gets no more.
+    /// As sharp as the estimates that it judges need: a value that a few rays know to [`OF_ESTIMATE`] of an estimate gets no
+    /// more.
     OfEstimates,
 }
 
@@ -40,14 +41,14 @@ const FIRST: usize = 16;
 /// Rays from a face for its form factors.
 const SIGHTS: u32 = 16_384;
 
-/// Relative rounding of what the solver is given: reflectances as they are, radiosities as pi times a radiance.
+/// Relative rounding of the solver's input: reflectances as they are, radiosities as pi times a radiance.
 const GIVEN: f64 = 1e-14;
 
 /// The truth of a scene, as far as it is asked for.
 #[derive(Debug)]
 pub struct Truth {
-    /// Mean of `B - E` in each channel, plus a hundredth of that of E for scenes that reflect next to nothing: what half-widths are
-    /// compared with. Empty where only geometry is asked.
+    /// Mean of `B - E` in each channel, plus a hundredth of that of E for scenes that reflect next to nothing: half-widths are
+    /// compared with it. Empty where only geometry is asked.
     pub scale: Vec<f64>,
     /// Of each statement, in their order.
     pub known: Vec<Known>,
@@ -148,7 +149,7 @@ impl Truth {
     }
 }
 
-/// What walks of so many rays, and rays from a face, say of a scene: values with half the width of their limits.
+/// Estimates of walks of so many rays, and of rays from a face, of a scene: values with half the width of their limits.
 ///
 /// # Errors
 /// If the oracle refuses the scene: why.
@@ -165,7 +166,7 @@ pub(crate) fn recorded(model: &Model, rays: u32) -> Result<Vec<(f64, f64)>, Stri
     Ok(truths.iter().map(|known| (known.value, 0.5 * known.interval.width())).collect())
 }
 
-/// Few rays for all, then all for what these do not tell. Both hold at the confidence asked for, together.
+/// Few rays for all, then all for the points that these do not tell. Both hold at the confidence asked for, together.
 fn as_sharp_as_estimates(
     scene: &Scene,
     points: &[Point],
@@ -200,7 +201,7 @@ fn for_faces(effort: &Effort, faces: usize) -> Effort {
     Effort { rays: effort.rays * times, rays_a_point: effort.rays_a_point * times, ..*effort }
 }
 
-/// Faces of a scene that costs what the effort says.
+/// Faces of a scene that costs the stated effort.
 const MANY_FACES: usize = 36;
 
 /// Direct light at a point; where it is not enclosed nothing is known.
@@ -235,7 +236,7 @@ const fn unknown() -> Known {
     Known { value: 0.0, interval: ConfidenceInterval { low: f64::NEG_INFINITY, high: f64::INFINITY } }
 }
 
-/// Wider by what the rounding of what the solver is given may move.
+/// Wider by the motion through the rounding of the solver's input.
 fn rounded(known: Known) -> Known {
     let by = GIVEN * known.value.abs();
     let interval = ConfidenceInterval { low: known.interval.low - by, high: known.interval.high + by };

@@ -1,5 +1,5 @@
-//! Scenes on all cores, each on a thread of its own: what solver and form factors share out among threads of theirs then never
-//! waits for a thread that waits for them.
+//! Scenes on all cores, each on a thread of its own: work that solver and form factors share out among threads of theirs then
+//! never waits for a thread that waits for them.
 
 use std::num::NonZero;
 use std::sync::atomic::{AtomicUsize, Ordering};

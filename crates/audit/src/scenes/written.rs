@@ -23,7 +23,7 @@ pub struct Written {
     pub axes: [DVec3; 3],
     /// Where the origin goes.
     pub by: DVec3,
-    /// What becomes of coordinates.
+    /// The rounding of coordinates.
     pub rounding: Rounding,
 }
 
@@ -87,7 +87,7 @@ impl Window {
         Self { low: place_within(inner.low), high: place_within(inner.high) }
     }
 
-    /// What is left of it around another: below, above, before and behind.
+    /// The remainder of it around another: below, above, before and behind.
     fn around(&self, hole: &Self) -> Vec<Self> {
         let clipped = |place: [f64; 2]| [0, 1].map(|k| place[k].clamp(self.low[k], self.high[k]));
         let ([x0, y0], [x1, y1]) = (clipped(hole.low), clipped(hole.high));
@@ -112,7 +112,7 @@ pub struct Lies {
 }
 
 impl Lies {
-    /// The same where a face is left out, of which it is known on what it lay.
+    /// The same where a face is left out, of which it is known on which it lay.
     #[must_use]
     pub(super) fn without(self, part: usize, below: Option<Self>) -> Option<Self> {
         let lies =
@@ -121,7 +121,7 @@ impl Lies {
     }
 }
 
-/// What is seen of each face, where others lie on it: the index of the face, and the outline of a piece.
+/// The visible part of each face, where others lie on it: the index of the face, and the outline of a piece.
 pub(super) fn visible_pieces(parts: &[Part]) -> Vec<(usize, Vec<DVec3>)> {
     let pieces = |(index, part): (usize, &Part)| {
         let holes: Vec<Window> =

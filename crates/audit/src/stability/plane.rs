@@ -16,7 +16,7 @@ pub enum Plane {
     AngleWidth,
     /// How steeply the receiver sees the emitter, and how far it looks over the horizon.
     AngleSliver,
-    /// By what power of two all lengths are multiplied, and how far away the receiver is.
+    /// The power of two that multiplies all lengths, and how far away the receiver is.
     ScaleDistance,
 }
 
@@ -84,7 +84,7 @@ const CORNERS: [DVec3; 3] = [DVec3::new(-0.45, -0.3, 0.0), DVec3::new(0.55, -0.2
 /// Towards which side of the emitter the receiver is.
 const ASIDE: DVec3 = DVec3::new(0.8, 0.6, 0.0);
 
-/// What turns a normal away from the direction to the emitter, so that nothing is special about it.
+/// The vector that turns a normal away from the direction to the emitter, so that nothing is special about it.
 const TILT: DVec3 = DVec3::new(0.21, -0.13, 0.17);
 
 /// Where the receiver is when the distance is not a parameter.

@@ -1,10 +1,10 @@
 //! Radiosity and gradient of an emission that has no closed form, with an estimate of their error.
 //!
 //! The emitter is cut into triangles. On each the emission is taken for the polynomial of degree [`FINE`] through its values on a
-//! triangular lattice, whose radiosity and gradient `radgrad-core` has in closed form, past horizon and occluders and however near
-//! the receiver is. How far the answer with the polynomial of degree [`COARSE`] is from that is taken for its error, and the
+//! triangular lattice, whose radiosity and gradient `radgrad-core` has in closed form, past horizon and occluders and however
+//! near the receiver is. How far the answer with the polynomial of degree [`COARSE`] is from that is taken for its error, and the
 //! triangles with the largest ones are cut in four until the sum of all is within the tolerance. The emission is seen at points
-//! only: what it does between them is in no estimate.
+//! only: its course between them is in no estimate.
 //!
 //! The polynomial is Newton's: with forward differences D along the two edges and `(s, t)` the barycentric coordinates times the
 //! degree, `p = sum D_s^i D_t^j f(0, 0) C(s, i) C(t, j)`.
@@ -51,7 +51,7 @@ struct Piece {
 }
 
 impl Piece {
-    /// Its errors over the sizes of what is found.
+    /// Its errors over the sizes of the results.
     fn share(&self, [radiosity, gradient]: [f64; 2]) -> f64 {
         self.radiosity_off / largest(radiosity, f64::MIN_POSITIVE) + self.gradient_off / largest(gradient, f64::MIN_POSITIVE)
     }

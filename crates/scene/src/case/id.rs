@@ -37,7 +37,7 @@ impl Id {
     pub fn find(line: &[u8]) -> Option<Self> {
         let mut id = None;
         let seeker = Seeker { found: &mut id };
-        // The error was reported when the line was read as a case; here only what precedes it counts.
+        // The error was reported when the line was read as a case; here only the part before it counts.
         let _ = seeker.deserialize(&mut serde_json::Deserializer::from_slice(line));
         id
     }

@@ -1,4 +1,4 @@
-//! A scene from arrays in memory: each face a list of vertices, the name of its surface, and what it reflects and emits.
+//! A scene from arrays in memory: each face a list of vertices, the name of its surface, its reflectance and its emission.
 //!
 //! The same rules hold as for files, but that a face without area is refused with its index unless it is to be dropped, that faces in one
 //! plane stay as they are, and that coordinates are exact unless a precision is given: who gives arrays counts on their indices.

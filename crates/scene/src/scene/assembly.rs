@@ -226,7 +226,8 @@ impl Moved {
     }
 }
 
-/// The polygon of an outline, which may be flat, or simple, to the rounding alone. What comes back to a vertex of its own is no such.
+/// The polygon of an outline, which may be flat, or simple, to the rounding alone. One that comes back to a vertex of its own is
+/// no such.
 fn polygon(vertices: &[DVec3], rounding: f64) -> Result<Polygon, radgrad_core::Error> {
     use radgrad_core::Error::{NotPlanar, NotSimple};
     match Polygon::new(vertices.to_vec()) {

@@ -7,14 +7,15 @@
 //!
 //! 1. Vertices that differ by at most 1.5 q in each coordinate are one ([`weld`]).
 //! 2. Faces share a plane if each vertex of the one is within `t (1 + l)` of the plane of the other, where l, at most 3, is the sum of the
-//!    magnitudes of the vertex' barycentric coordinates in the triangle that the plane was taken from: what the rounding of that
+//!    magnitudes of the vertex' barycentric coordinates in the triangle that the plane was taken from: the error that the rounding of that
 //!    triangle's corners adds there ([`planes`]). Wide faces go first: the normal of a needle says nothing.
 //! 3. The plane is fitted to all vertices of its faces by least squares.
 //! 4. Each vertex is moved the least that brings it onto its planes ([`Planes::settle`]), so that an edge of two walls is on both and walls
 //!    that end in it end there. Planes of three vertices ask for nothing. Of planes that are nearly parallel, the one with more
 //!    vertices counts.
 //!
-//! What is flat already to the rounding of doubles stays as it is, bit for bit. Lengths are in the unit of the coordinates.
+//! A face that is flat already to the rounding of doubles stays as it is, bit for bit. Lengths are in the unit of the
+//! coordinates.
 
 mod planes;
 

@@ -165,7 +165,7 @@ impl Intake {
         }
     }
 
-    /// Notes an error that does not matter: what stands for the thing, or why nobody needs it.
+    /// Notes an error that does not matter: the substitute, or why nobody needs it.
     pub(crate) fn ignore_fault(&mut self, error: Error, why: &str) {
         match error {
             Error::At { place, fault } => self.ignore(place, format!("{fault}: {why}")),
@@ -191,7 +191,7 @@ impl Intake {
         Arc::clone(&self.file)
     }
 
-    /// Adds a face: what becomes of it is decided when all are known.
+    /// Adds a face: its treatment is decided when all are known.
     pub(crate) fn add_face(&mut self, surface: usize, material: usize, vertices: Vec<DVec3>, place: Place) -> Result<(), Error> {
         self.add_textured_face(surface, material, Outline { vertices, ..Outline::default() }, place)
     }

@@ -1,8 +1,8 @@
 //! Outlines that run to a hole and back along one edge, as CAD writes faces with holes, and others that meet themselves at vertices.
 //!
-//! Such an outline is cut wherever it comes back to a vertex: what it ran through since is a loop of its own. Bridges, whole or of
-//! several edges, are loops of two vertices, and are dropped; so is an edge that is run forth and back. Loops that turn as the face does
-//! bound it, and the others are holes in it.
+//! Such an outline is cut wherever it comes back to a vertex: the edges run since are a loop of their own. Bridges, whole or of
+//! several edges, are loops of two vertices, and are dropped; so is an edge that is run forth and back. Loops that turn as the
+//! face does bound it, and the others are holes in it.
 
 use std::collections::HashMap;
 

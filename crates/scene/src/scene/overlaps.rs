@@ -1,12 +1,14 @@
 //! Faces that lie in one plane, face the same way and overlap: light from there would count twice.
 //!
-//! Files have a window drawn on a wall, a lamp on a ceiling, a rug on a floor, and faces twice. The smaller one is what is seen: a larger
-//! one is cut around all smaller ones that overlap it, so that each point of the plane is of the smallest face there. Smaller means first
-//! that of the smaller whole, where a whole is the faces of a surface and a material that meet in a plane: a lamp of two triangles lies on
-//! a ceiling of a hundred, however small these are. Of wholes of one size the one that emits light is kept, else the first.
+//! Files have a window drawn on a wall, a lamp on a ceiling, a rug on a floor, and faces twice. The smaller one is visible: a
+//! larger one is cut around all smaller ones that overlap it, so that each point of the plane is of the smallest face there.
+//! Smaller means first that of the smaller whole, where a whole is the faces of a surface and a material that meet in a plane: a
+//! lamp of two triangles lies on a ceiling of a hundred, however small these are. Of wholes of one size the one that emits light
+//! is kept, else the first.
 //!
-//! A face is **nested** if it lies in another one, or in several that do not overlap each other: a lamp across the diagonal of its ceiling.
-//! What overlaps and is not nested is not known to be meant, and is refused unless [`Overlaps::Cut`] says otherwise.
+//! A face is **nested** if it lies in another one, or in several that do not overlap each other: a lamp across the diagonal of
+//! its ceiling. Faces that overlap and are not nested are not known to be meant, and are refused unless [`Overlaps::Cut`] says
+//! otherwise.
 //!
 //! With coordinates rounded by at most q:
 //! - Two faces are in one plane if the points that they have in common are apart by no more than rounding explains: `2 q |n|_1` along the
@@ -43,7 +45,7 @@ const MOST_PAIRS: usize = 1 << 20;
 /// Pairs that an error names.
 const MOST_NAMED: usize = 20;
 
-/// What becomes of faces that overlap in one plane and face the same way.
+/// How faces that overlap in one plane and face the same way are resolved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Overlaps {
     /// A face that is there twice is left out once, and one is cut around others that lie in it, each with a [`Note`]. Faces that overlap in
@@ -118,7 +120,7 @@ impl<'a> Sheet<'a> {
     }
 }
 
-/// The faces of a scene that give and take light, in a unit in which the scene is about 1, and what rounding explains.
+/// The faces of a scene that give and take light, in a unit in which the scene is about 1, and the rounding of its coordinates.
 struct Sheets<'a> {
     scene: &'a Scene,
     sheets: Vec<Sheet<'a>>,
@@ -129,7 +131,7 @@ struct Sheets<'a> {
 /// The corners of a face in the plane of another.
 type Outline = SmallVec<[Corner; 4]>;
 
-/// What two faces have in common.
+/// The intersection of two faces.
 struct Common {
     area: f64,
     perimeter: f64,
@@ -145,7 +147,7 @@ enum Relation {
     Overlap(Pair),
 }
 
-/// What there is to resolve.
+/// The overlaps to resolve.
 pub(super) struct Found {
     pub(super) pairs: Vec<Pair>,
     /// Pairs whose overlap is explained by the rounding of the file: how many, and the first.
@@ -186,7 +188,7 @@ impl<'a> Sheets<'a> {
             return Relation::Apart;
         }
         let touching = if heights().all(|height| height.abs() <= allowed) { Relation::Level } else { Relation::Apart };
-        // A strip along an edge of such a width is less than what doubles explain.
+        // A strip along an edge of such a width is less than the rounding of doubles explains.
         let beside = |of: &[Corner], others: &[Corner]| lies_beside(of, others, 8.0 * f64::EPSILON * farthest);
         if below.is_convex && beside(&below.whole.corners, &outline) || above.is_convex && beside(&outline, &below.whole.corners)
         {
@@ -259,7 +261,7 @@ impl<'a> Sheets<'a> {
     }
 }
 
-/// What a face has in common with another, if that is in one plane: within the distance allowed.
+/// The intersection of a face with another, if that is in one plane: within the distance allowed.
 fn common(below: &Sheet<'_>, above: &Sheet<'_>, tolerance: f64, allowed: f64) -> Option<Common> {
     let (mut common, mut widest) = (Common { area: 0.0, perimeter: 0.0, at: DVec3::ZERO }, 0.0);
     let others = below.parts(&below.frame, tolerance);
@@ -290,7 +292,7 @@ pub(super) fn pairs(scene: &Scene, index: &Occluders, rounding: f64) -> Vec<Pair
     Sheets::new(scene, rounding).find_pairs(index).pairs
 }
 
-/// What is done to a scene: the polygons in the place of faces, and notes.
+/// Changes to a scene: the polygons in the place of faces, and notes.
 #[derive(Default)]
 struct Changes {
     polygons: BTreeMap<usize, Vec<Polygon>>,
@@ -361,7 +363,7 @@ fn leave_out_doubles(sheets: &Sheets<'_>, pairs: &[Pair], changes: &mut Changes)
 
 /// The order in which faces lie on each other.
 struct Order {
-    /// Of each face: what is larger lies below.
+    /// Sort key of each face: a larger face lies below.
     keys: HashMap<usize, [f64; 3]>,
 }
 
@@ -371,7 +373,7 @@ impl Order {
         for (face, &whole) in found.wholes.iter().enumerate() {
             areas[whole] += sheets.sheets[face].area;
         }
-        // Areas that differ by less than a thousandth are one, or nearly always: then what emits and what comes first decide.
+        // Areas that differ by less than a thousandth are one, or nearly always: then emission and order decide.
         let step = |area: f64| (1024.0 * libm::log2(area)).round();
         let key = |face: usize| {
             let dark = f64::from(u8::from(!sheets.emits(face)));

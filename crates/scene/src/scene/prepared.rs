@@ -8,7 +8,7 @@
 //! - With e the largest extent along an axis, an axis is moved by the middle c of its coordinates if `|c| >= 2 e`. Then all of them
 //!   are between c/2 and 2c, and each difference is exact (P. Sterbenz 1974). Else no coordinate is above 2.5 e, and little is lost
 //!   by staying.
-//!   What rounding took when they were that large is taken back where faces share planes ([`super::healing`]).
+//!   Rounding at that size is taken back where faces share planes ([`super::healing`]).
 //! - If the largest coordinate is then not between 2^-64 and 2^64, the power of two that brings it to [1/2, 1) multiplies all. Only
 //!   underflow makes that inexact, where a scene has lengths of very different sizes: it is refused.
 
@@ -109,7 +109,7 @@ impl Prepared {
         let placement = Placement::centring(scene);
         let ready = scene.placed(&placement)?;
         let index = Occluders::new(ready.polygons());
-        // What was cut far away has corners that were rounded there.
+        // Faces that were cut far away have corners that were rounded there.
         let rounding = 4.0 * f64::EPSILON * placement.centre.abs().max_element() * placement.power;
         let pairs = overlaps::pairs(&ready, &index, ready.modelling.precision + rounding);
         overlaps::refused(pairs.iter().map(|pair| pair.named(scene, |at| placement.outward(at))))?;

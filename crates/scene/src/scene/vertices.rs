@@ -62,7 +62,7 @@ impl Vertices {
         Ok(Some(vertex.position))
     }
 
-    /// Notes what is wrong with vertices that no face uses.
+    /// Notes the faults of vertices that no face uses.
     pub(crate) fn note_faults(self, intake: &mut Intake) {
         for error in self.faults.into_values() {
             intake.ignore_fault(error, "of a vertex that no face uses");

@@ -3,7 +3,7 @@
 //!
 //! That is the radiosity equation with rho for the light that is emitted, so the links for it are there. Its polynomial solution
 //! `b_h` has the defect `d = rho + rho G b_h - b_h`, and z is more than `G b_h` by `y = G d + G rho y`, bounded at every point by
-//! sweeps ([`super::rise`]) from what the nodes gather of d at most. With textures d is not small, and then `z = G rho (1 + z)` as
+//! sweeps ([`super::rise`]) from bounds on the nodes' gather of d. With textures d is not small, and then `z = G rho (1 + z)` as
 //! it is may be less.
 //!
 //! With textures, of `rho y` with y at most Y, a point gathers at most Y times the least of `F max rho`, `k_max mean rho` and
@@ -26,7 +26,7 @@ use crate::system::System;
 /// Sweeps after which there is no bound.
 const MOST_SWEEPS: usize = 2000;
 
-/// Changes below which the importance is solved: what that leaves is in its defect.
+/// Changes below which the importance is solved: its defect has the remainder.
 const SOLVED: f64 = 1e-3;
 
 /// Of each receiver, in their order.
@@ -56,7 +56,7 @@ impl Importance {
     }
 }
 
-/// Where no bound is found on what `b_h` leaves out, as where faces reflect all light, that is left out here.
+/// Where no bound on the defect of `b_h` is found, as where faces reflect all light, the defect is left out.
 pub(super) fn solve(system: &System, receives: &[bool], seen: &[SeenSources]) -> Result<Importance, Error> {
     let System { mesh, surfaces, receivers, links, far, .. } = system;
     let channels = system.channels.len();
@@ -64,7 +64,7 @@ pub(super) fn solve(system: &System, receives: &[bool], seen: &[SeenSources]) ->
     let gathered_on = |(index, &receiver): (usize, &usize)| gathers(system, &field, &links[receiver], &seen[index]);
     let gathered: Vec<Vec<f64>> = receivers.par_iter().enumerate().map(gathered_on).collect();
     let of_far = |(index, &receiver): (usize, &usize)| -> Vec<f64> {
-        // What samples are off by is as often too much as too little.
+        // Errors of samples have either sign as often.
         let value = |channel: usize, node: usize| far[receiver].value(&field, channel, node);
         (0..channels)
             .flat_map(|channel| (0..seen[index].nodes).map(move |node| (channel, node)))
@@ -93,10 +93,10 @@ pub(super) fn solve(system: &System, receives: &[bool], seen: &[SeenSources]) ->
     let is_bounded = more.is_some() || largest_at_nodes.is_some();
     let largest = |of: &Option<Risen>| -> Vec<Vec<f64>> {
         let largest_on = |receiver: usize, channel: usize| match (of, system.reflectance(receiver, channel)) {
-            // A black receiver leaves nothing out but what rounding does.
+            // The residual of a black receiver is rounding alone.
             (_, 0.0) => 0.0,
             (None, _) => f64::INFINITY,
-            // As z itself at the nodes; but with textures this is most of it, and what it varies by is added.
+            // As z itself at the nodes; but with textures this is most of it, and its variation is added.
             (Some(risen), rho) if surfaces.is_textured() => risen.largest_with_variation(receiver * channels + channel) / rho,
             (Some(risen), rho) => risen.largest[receiver * channels + channel] / rho,
         };
@@ -118,7 +118,7 @@ pub(super) fn solve(system: &System, receives: &[bool], seen: &[SeenSources]) ->
     })
 }
 
-/// The polynomial solution and what receivers themselves hold of it.
+/// The polynomial solution and the receivers' own coefficients of it.
 fn solved(system: &System) -> Result<(Field, Vec<Vec<f64>>), Error> {
     let System { mesh, surfaces, receivers, links, far, .. } = system;
     let channels = system.channels.len();
@@ -148,7 +148,7 @@ fn solved(system: &System) -> Result<(Field, Vec<Vec<f64>>), Error> {
     Err(Error::Unsettled { sweeps: MOST_SWEEPS, change })
 }
 
-/// What the nodes of a receiver gather of `b_h` at most from each source, in each channel.
+/// Bounds on the gather of `b_h` by the nodes of a receiver from each source, in each channel.
 fn gathers(system: &System, field: &Field, links: &[Link], seen: &SeenSources) -> Vec<f64> {
     let System { mesh, .. } = system;
     let channels = system.channels.len();
@@ -204,8 +204,8 @@ fn defect(system: &System, field: &Field, receiver: usize, channel: usize, seen:
 }
 
 impl System {
-    /// What the nodes of a receiver gather at most of something known on receivers and above, times the reflectance; channel after
-    /// channel.
+    /// Bounds on the gather by the nodes of a receiver of a quantity known on receivers and above, times the reflectance; channel
+    /// after channel.
     fn gathered_of(&self, receiver: usize, of: &Residuals, on_clusters: &[Vec<Pair>], seen: &SeenSources) -> Vec<f64> {
         let mut sums = vec![0.0; self.channels.len() * seen.nodes];
         for (place, &source) in seen.sources.iter().enumerate() {
@@ -225,7 +225,7 @@ impl System {
         sums
     }
 
-    /// What the nodes of a receiver reflect of a unit of light everywhere.
+    /// The gather by the nodes of a receiver of a unit of light everywhere, times the reflectance.
     fn reflected(&self, receiver: usize, on_clusters: &[Vec<Pair>], seen: &SeenSources) -> Vec<f64> {
         let largest: Vec<f64> = (0..self.mesh.elements().len())
             .flat_map(|element| (0..self.channels.len()).map(move |channel| self.reflectance(element, channel)))

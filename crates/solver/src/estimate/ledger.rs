@@ -12,14 +12,15 @@ use std::ops::{Add, AddAssign, Mul};
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Ledger {
-    /// What is computed with is not what was given: on an element a texture's detail gives way to a polynomial. Known.
+    /// Deviation of the computed model from the given one: on an element a texture's detail gives way to a polynomial. It is
+    /// known.
     pub modelling: f64,
     /// The radiosity is not a polynomial on an element: from samples of the residual (module `residual`) with the detail of textures, which
     /// is known.
     pub discretisation: f64,
-    /// What links neglect, quadrature and rounding; taken between nodes as at them.
+    /// Light that links neglect, quadrature and rounding; taken between nodes as at them.
     pub computation: f64,
-    /// Errors of what was evaluated past occluders, in the same sense.
+    /// Errors of evaluations with occlusion, in the same sense.
     pub visibility: f64,
     /// The linear system is not solved to the last digit.
     pub solver: f64,

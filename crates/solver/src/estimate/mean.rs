@@ -1,12 +1,12 @@
 //! The mean of the error over all area.
 //!
 //! `mean |e| <= mean(z |r|)` with the importance z: no bound on the kernel enters, light spreads and is lost as it is. But r has
-//! signs, which `G r` loses by: `mean |e| <= mean(b |G r|)` with `b = rho (1 + z)`. What receiver i gathers of r on j counts in either
-//! way, for each pair in the one that is less:
+//! signs, which `G r` loses by: `mean |e| <= mean(b |G r|)` with `b = rho (1 + z)`. The gather of receiver i from r on j counts
+//! in either way, for each pair in the one that is less:
 //!
 //! ```text
-//! mean |e| <= sum_i mean_i(b) max_i |sum of G_ij r_j over the j of S_i|        what cancels: residual, Taylor's polynomials
-//!           + sum_j mean_j |r| max_j (sum of G_ji b over the i without j in S_i)   what does not: the part of z from such i
+//! mean |e| <= sum_i mean_i(b) max_i |sum of G_ij r_j over the j of S_i|        the part that cancels: residual, Taylor's polynomials
+//!           + sum_j mean_j |r| max_j (sum of G_ji b over the i without j in S_i)   the part that does not: z from such i
 //! ```
 //!
 //! each mean over the receiver, with its part of all area. Both know i and j by links, whose sources may be above receivers. `S_i`
@@ -36,8 +36,8 @@ use crate::system::System;
 /// Receivers below a source beyond which it is not asked whether all of them have a receiver in their sets.
 const MOST_BELOW: usize = 64;
 
-/// For each channel the estimate and the parts that the sources of error have in it, and for each element that receives what its
-/// residual counts for.
+/// For each channel the estimate and the parts that the sources of error have in it, and for each element that receives the
+/// weight of its residual.
 #[derive(Debug)]
 pub(super) struct Mean {
     pub(super) mean: Vec<Ledger>,
@@ -45,7 +45,7 @@ pub(super) struct Mean {
     pub(super) weights: Vec<Vec<f64>>,
 }
 
-/// What a receiver gathers of oscillating residuals.
+/// The gather by a receiver of oscillating residuals.
 #[derive(Debug)]
 struct Gathers {
     /// Whether each source that is seen is in the receiver's set.
@@ -76,7 +76,7 @@ pub(super) fn estimate(system: &System, residuals: &[Residuals; 2], seen: &[Seen
     let gathers: Vec<Gathers> = receivers.par_iter().enumerate().map(of_receiver).collect();
     let mut places = vec![usize::MAX; mesh.elements().len()];
     receivers.iter().enumerate().for_each(|(index, &receiver)| places[receiver] = index);
-    // What of the importance of a receiver is not in the sets of others.
+    // The importance of a receiver that is not in the sets of others.
     let remainder = |index: usize| -> Vec<f64> {
         let above: Vec<usize> = mesh.above(receivers[index]).collect();
         let counts = |source: usize| {
@@ -91,7 +91,7 @@ pub(super) fn estimate(system: &System, residuals: &[Residuals; 2], seen: &[Seen
     let mut mean = Mean { mean: Vec::new(), shares: Vec::new(), weights: vec![Vec::new(); mesh.elements().len()] };
     for channel in 0..channels {
         let (mut plain, mut signed, mut detail, mut at_point) = (Ledger::default(), Ledger::default(), 0.0, Ledger::default());
-        // What a source's residual adds to what others gather of it, over its mean and its area.
+        // The gather by others of a source's residual, over its mean and its area.
         let mut credit = vec![0.0; mesh.elements().len()];
         let of_element = |element: usize| residuals.iter().map(|of| of[element][channel].mean_ledger()).sum::<Ledger>();
         for (index, &receiver) in receivers.iter().enumerate() {
@@ -135,7 +135,7 @@ impl Gathers {
         place.map_or(!self.has_far, |place| self.sources[place].1)
     }
 
-    /// Adds what sources of the set are gathered of, times what the receiver sends on.
+    /// Adds each source's gather by the receiver, weighted by the receiver's importance.
     fn credit(&self, sources: &[usize], (channel, channels): (usize, usize), sends: f64, credit: &mut [f64]) {
         for (place, &source) in sources.iter().enumerate().filter(|(place, _)| self.chosen[*place]) {
             credit[source] += sends * self.parts[place * channels + channel];
@@ -157,7 +157,7 @@ impl System {
         (first..first + 4).all(|child| self.all_below(places, child, left, pass))
     }
 
-    /// What a receiver gathers of the residual where that cancels, and from where it is less so.
+    /// The gather by a receiver of the residual where it cancels, and the sources from which it is less so.
     fn gathers(
         &self,
         receiver: usize,

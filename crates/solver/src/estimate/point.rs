@@ -81,8 +81,7 @@ impl Points {
         estimate.shares[channel].map(|share| if share > 0.0 { share * largest_rise } else { 0.0 })
     }
 
-    /// The estimate at a point, from what each of its links gives, and its clusters.
-    /// `rho` is the reflectance there.
+    /// The estimate at a point, from each of its links and from its clusters. `rho` is the reflectance there.
     pub(crate) fn estimate(
         &self,
         system: &System,
@@ -112,7 +111,7 @@ impl Points {
 }
 
 impl ErrorEstimate {
-    /// What a point gathers at most of the residual.
+    /// Bound on the gather by a point of the residual.
     fn gathered<'a>(
         &self,
         mesh: &Mesh,
@@ -139,7 +138,7 @@ impl System {
     fn spread(&self, receives: &[bool], seen: &[SeenSources], estimate: &ErrorEstimate, risen: &Risen, means: &mut [f64]) {
         let (mesh, receivers, far, channels) = (&self.mesh, &self.receivers, &self.far, self.channels.len());
         let area: f64 = receivers.iter().map(|&receiver| mesh.elements()[receiver].area()).sum();
-        // Which receivers get how much at most of what leaves each.
+        // For each source, the receivers that its light reaches and bounds on the factors.
         let reached = |seen: &SeenSources| {
             let mut to = Vec::new();
             for (place, &source) in seen.sources.iter().enumerate() {

@@ -1,17 +1,17 @@
-//! What a projection leaves out, bounded over an element from the samples that it was made of.
+//! Bounds on the projection residual over an element, from the samples of its projection.
 //!
 //! The samples have a part of the next degree beyond the basis, exactly seen: its magnitude over the element is bounded by its
 //! Bernstein coefficients. A rule that is exact for as much as it can be may see nothing at all of the degree after that, its
-//! nodes being where those polynomials vanish; so three more samples are taken at other places, and what all samples have beyond
-//! the polynomials seen stands for all the degrees above. It counts twice, since the samples are not where it is largest. That
-//! is an estimate: light with a feature smaller than an element, between its nodes, is not seen.
+//! nodes being where those polynomials vanish; so three more samples are taken at other places, and the part of all samples
+//! beyond the polynomials seen stands for all the degrees above. It counts twice, since the samples are not where it is largest.
+//! That is an estimate: light with a feature smaller than an element, between its nodes, is not seen.
 //!
 //! That part oscillates: it is orthogonal to the basis up to the error of the nodes' rule, which is exact for two degrees more
 //! than the square of the basis. With q the ratio of the last two degrees seen, its mean is taken to be its size times
 //! `q^(degree + 2)`. Where nothing falls off, as where a shadow's edge crosses the element, an interval between two nodes
 //! decides: the size times `1/(degree + 2)`.
 //!
-//! # What a point gathers of it
+//! # The gather of the residual at a point
 //! From a source, at a point with form factor F, with k the kernel times the area: `|G r|` is at most `F max|r|`; `k_max mean|r|`;
 //! `(k_max - k_min)/2 mean|r| + (k_max + k_min)/2 |mean r|`, since a constant may be taken from the kernel; and
 //! the rest of k after its Taylor polynomial of a degree below m at each leaf's centre. Against that rest r counts with the part
@@ -20,10 +20,10 @@
 //! centre. The least counts: an oscillating residual counts for little.
 //!
 //! # Textures
-//! With a texture r is `rho x + t`: x what the projection of the irradiance leaves out, and the detail `t = E + rho H_h - B_h`,
-//! which is known ([`crate::mesh::texture`]) and orthogonal to the basis, so that its biases are 0. Each is gathered for itself. By
+//! With a texture r is `rho x + t`: x the projection residual of the irradiance, and the detail `t = E + rho H_h - B_h`, which is
+//! known ([`crate::mesh::texture`]) and orthogonal to the basis, so that its biases are 0. Each is gathered for itself. By
 //! Schwarz `mean |rho x|` is at most rho's root mean square times x's; and since x has no part along the basis `mean(rho x)` is
-//! that of what rho's projection leaves out times x, `mean(rho x d^m)` that of `(rho - mean rho) x d^m`.
+//! that of rho's projection residual times x, `mean(rho x d^m)` that of `(rho - mean rho) x d^m`.
 
 use crate::estimate::ledger::Ledger;
 use crate::links::transfer::Kernel;
@@ -38,10 +38,10 @@ use radgrad_scene::{largest as larger, smallest as smaller};
 pub(crate) struct Residual {
     /// Largest magnitude.
     pub(crate) largest: Ledger,
-    /// Mean of the magnitude of what the projection leaves out; and for each m from 1 on, what a point gathers of it at most, over
+    /// Mean magnitude of the projection residual; and for each m from 1 on a bound on its gather at a point, over
     /// `|D^m k|/m!`, beside lower powers.
     pub(crate) arms: [f64; POWERS],
-    /// Magnitude of the mean of what the projection leaves out times the distance along some direction to a power.
+    /// Magnitude of the mean of the projection residual times the distance along some direction to a power.
     biases: [f64; POWERS],
     /// Root mean squares: of it, and of its part along the basis.
     rms: f64,
@@ -54,11 +54,11 @@ pub(crate) struct Residual {
     pub(crate) unseen: f64,
 }
 
-/// What light leaves out on each element, by channel.
+/// Projection residuals on each element, by channel.
 pub(crate) type Residuals = Vec<Vec<Residual>>;
 
 impl Residual {
-    /// What the projection of samples at an element's nodes leaves out.
+    /// The projection residual of samples at an element's nodes.
     pub(crate) fn project(element: &Element, basis: &Basis, samples: &[f64]) -> Self {
         let excess = basis.excess(samples);
         let discretisation = excess.magnitude();
@@ -95,8 +95,9 @@ impl Residual {
         self
     }
 
-    /// The same with light that none of `samples` samples saw, of at most this and of at most this mean. The share of the element that is
-    /// lit is taken to be what the rule of succession (P. S. Laplace 1774) expects of it: one over two more than the samples.
+    /// The same with light that none of `samples` samples saw, of at most this and of at most this mean. The share of the element
+    /// that is lit is taken to be the expectation by the rule of succession (P. S. Laplace 1774): one over two more than the
+    /// samples.
     pub(crate) fn with_unseen(mut self, element: &Element, samples: usize, [largest, mean]: [f64; 2]) -> Self {
         let mean = mean / (samples + 2) as f64;
         self.largest.discretisation += largest;
@@ -131,7 +132,7 @@ impl Residual {
         Ledger { discretisation: self.largest.discretisation + self.detail, ..self.largest }
     }
 
-    /// Mean magnitude of what the projection leaves out, but for the detail of textures.
+    /// Mean magnitude of the projection residual, without the detail of textures.
     pub(crate) const fn mean(&self) -> f64 {
         self.arms[0]
     }
@@ -178,14 +179,14 @@ impl Residual {
         Ledger { discretisation: smaller(self.arms[0], self.largest.discretisation), ..self.largest }
     }
 
-    /// What a point gathers of it at most.
+    /// Bound on the gather of the residual at a point.
     pub(crate) fn gathered(&self, degree: usize, found: &Found) -> Ledger {
         let others = Ledger { discretisation: 0.0, ..self.largest } * found.factor;
         let discretisation = self.gathered_beside_detail(degree, found) + self.gathered_detail(degree, found);
         Ledger { discretisation, ..others }
     }
 
-    /// What a point gathers at most of what the projection leaves out, but for the detail of textures.
+    /// Bound on the gather at a point of the projection residual, without the detail of textures.
     pub(crate) fn gathered_beside_detail(&self, degree: usize, found: &Found) -> f64 {
         let least = found.least(degree, self.largest.discretisation, &self.arms, &self.biases);
         if least > 0.0 && found.truncation.is_finite() {
@@ -195,20 +196,20 @@ impl Residual {
         }
     }
 
-    /// What a point gathers at most of the detail of textures.
+    /// Bound on the gather at a point of the detail of textures.
     pub(crate) fn gathered_detail(&self, degree: usize, found: &Found) -> f64 {
         let least = found.least(degree, self.detail, &self.detail_arms, &[0.0; POWERS]);
         if least > 0.0 && found.truncation.is_finite() { smaller(least, found.truncation * self.detail_rms) } else { least }
     }
 }
 
-/// What a point finds of a source: bounds on the form factor, on the kernel and its derivatives.
+/// Bounds on the form factor of a source at a point, on the kernel and on its derivatives.
 #[derive(Debug)]
 pub(crate) struct Found {
     factor: f64,
     peak: f64,
     least: f64,
-    /// Root mean square of what the source's polynomials leave of the kernel.
+    /// Root mean square of the kernel's truncation by the source's polynomials.
     truncation: f64,
     /// Where the kernel is smooth.
     derivatives: Option<[f64; POWERS]>,

@@ -36,7 +36,7 @@ pub(super) struct Risen {
 }
 
 impl Risen {
-    /// From what the nodes of each receiver have of their own, channel after channel, and means that hold already.
+    /// Solves for bounds, from each receiver's own values at its nodes, channel after channel, and from means that hold already.
     pub(super) fn solve(
         system: &System,
         receives: &[bool],
@@ -109,13 +109,13 @@ impl Risen {
         None
     }
 
-    /// The largest value on a receiver, with what may be between the nodes.
+    /// The largest value on a receiver, with the variation between the nodes.
     pub(super) fn largest_with_variation(&self, index: usize) -> f64 {
         self.largest[index] + self.variation[index]
     }
 }
 
-/// For each channel, what has at most these values and means, on clusters.
+/// For each channel, bounds on a quantity on clusters, from its largest values and means on elements.
 pub(super) fn pairs(system: &System, largest: &[f64], means: &[f64]) -> Vec<Vec<Pair>> {
     let entry = |element: usize, channel: usize| element * system.channels.len() + channel;
     system.pairs(|element, channel| (largest[entry(element, channel)], means[entry(element, channel)]))

@@ -1,4 +1,4 @@
-//! What the nodes of a receiver, or a point, see of receivers and of the elements above them.
+//! Sources that the nodes of a receiver, or a point, see: receivers and the elements above them.
 //!
 //! Links to elements below a receiver are taken together, as the residual of reflected light cancels over receivers, not over
 //! their parts. Numbers of the nodes lie beside each other: gathers are summed for all nodes at a time.
@@ -16,13 +16,13 @@ use radgrad_scene::{largest as larger, smallest as smaller};
 #[derive(Debug)]
 pub(super) struct SeenSources {
     pub(super) sources: Vec<usize>,
-    /// For each link, the place of what it belongs to among the sources.
+    /// For each link, the place of its source among the sources.
     pub(super) places: Vec<usize>,
     pub(super) nodes: usize,
     /// Bounds on the form factor, and the kernels and their largest values; 0 where nothing is seen. Node after node.
     pub(super) factors: Vec<f64>,
     pub(super) kernels: Vec<Kernel>,
-    /// Root mean square of what the source's polynomials leave of the kernel.
+    /// Root mean square of the kernel's truncation by the source's polynomials.
     pub(super) truncation: Vec<f64>,
     peaks: Vec<f64>,
     /// With textures, for each channel and node the reflectance that counts by the largest; else nothing.
@@ -98,13 +98,13 @@ impl SeenSources {
         self.factors[range.clone()].iter().copied().zip(&self.kernels[range])
     }
 
-    /// What a node finds of a source, if it sees it.
+    /// Bounds on the kernel of a source at a node, if the node sees it.
     pub(super) fn kernel_bounds(&self, place: usize, node: usize) -> Option<Found> {
         let index = place * self.nodes + node;
         (self.factors[index] > 0.0).then(|| Found::by(self.factors[index], &self.kernels[index], self.truncation[index]))
     }
 
-    /// What part of the largest reflectance of a source with textures counts.
+    /// For each node the ratio of a textured source's mean reflectance to its largest one.
     fn weighed(&self, place: usize, mesh: &Mesh, surfaces: &Surfaces) -> Vec<f64> {
         let source = self.sources[place];
         let reflectances = &surfaces.reflectance[mesh.elements()[source].face()];
@@ -135,7 +135,7 @@ impl SeenSources {
         (largest(&self.factors[range.clone()]), largest(&self.peaks[range]))
     }
 
-    /// What each node gathers at most of what has at most these values and means on the sources, in a channel.
+    /// Bounds on each node's gather of a quantity with these largest values and means on the sources, in a channel.
     pub(super) fn gathered(&self, (channel, channels): (usize, usize), largest: &[f64], means: &[f64]) -> Vec<f64> {
         let mut sums = vec![0.0; self.nodes];
         for (place, source) in self.sources.iter().enumerate() {

@@ -27,7 +27,7 @@ const MOST_CUTS: usize = 3;
 /// Part of a source that may be hidden where nothing is, or seen where all is hidden, by the rounding of its parts.
 const NONE: f64 = 0.05;
 
-/// What bounds are raised by for the rounding of the sums and products that they are.
+/// Factor on bounds for the rounding of their sums and products.
 const ROUNDED: f64 = 1.0 + 1e-9;
 
 /// A mesh and the lines of its faces.
@@ -205,7 +205,7 @@ mod tests {
         let lamp = &Element::of_face(&lamp, 0, &bases).unwrap()[0];
         let floor = |x: f64, y: f64| [[0.0, 0.0], [0.1, 0.0], [0.1, 0.1], [0.0, 0.1]].map(|[s, t]| DVec3::new(x + s, y + t, 0.0));
         let edge = |x: f64, y: f64| [DVec3::new(x, y, 1.0), DVec3::new(x, y, 0.5)];
-        // Past the edge one sees what is beyond the lamp, and from the corner's other side the lamp.
+        // Past the edge one sees the scene beyond the lamp, and from the corner's other side the lamp.
         for (x, y) in [(3.0, 0.4), (0.4, 3.0), (3.0, 3.0), (0.4, 0.4)] {
             assert!(!in_beam(&floor(x, y), lamp, edge(0.0, 0.0)), "({x}, {y})");
         }

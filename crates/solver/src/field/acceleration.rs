@@ -1,21 +1,22 @@
 //! Sweeps that go on where light is hardly lost.
 //!
-//! There one mode is left after some sweeps, nearly the same light everywhere, and each change is the one before times a number r a little
-//! below 1. All changes to come sum to the last one times `r/(1 - r)`, and are added at once (L. A. Lyusternik 1947), if what two changes
-//! differ by besides, which counts with `1/(1 - r)` too, is a small part of that. The sweeps after it mend what that leaves.
+//! There one mode is left after some sweeps, nearly the same light everywhere, and each change is the one before times a number r
+//! a little below 1. All changes to come sum to the last one times `r/(1 - r)`, and are added at once (L. A. Lyusternik 1947), if
+//! the other modes in two changes, which count with `1/(1 - r)` too, are a small part of that. The sweeps after it mend the
+//! remainder.
 
 use crate::field::Field;
 use crate::field::gathering::Equation;
 
-/// The least r from which on changes are added before their time, and the largest: what is lost in one sweep beyond that is less than links
-/// are off by, and no number of it is known.
+/// The least r from which on changes are added before their time, and the largest: beyond that a sweep loses less than the error
+/// of links, and its ratio has no significant digit.
 const SLOW: f64 = 0.9;
 const SLOWEST: f64 = 0.9995;
 
-/// The part of what is added that may be another mode's.
+/// The part of the extrapolation that may be another mode's.
 const OTHER: f64 = 0.1;
 
-/// What receivers held after sweeps, and the change of that by the last one, channel after channel.
+/// Coefficients of receivers after sweeps, and their change by the last one, channel after channel.
 #[derive(Debug, Default)]
 pub(crate) struct Acceleration {
     held: Option<Vec<Vec<f64>>>,
@@ -50,7 +51,7 @@ impl Acceleration {
     }
 }
 
-/// What receivers hold in each channel.
+/// Coefficients of the receivers in each channel.
 fn of_channels(equation: &Equation<'_>, own: &[Vec<f64>], channels: usize) -> Vec<Vec<f64>> {
     let in_channel = |channel: usize| {
         let of_receiver = |&receiver: &usize| {
@@ -62,7 +63,7 @@ fn of_channels(equation: &Equation<'_>, own: &[Vec<f64>], channels: usize) -> Ve
     (0..channels).map(in_channel).collect()
 }
 
-/// What changes to come sum to over this one, or 0 where that is not known.
+/// The sum of the changes to come over this one, or 0 where it is not known.
 fn factor(change: &[f64], last: &[f64]) -> f64 {
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let r = dot(change, last) / dot(last, last);

@@ -37,7 +37,7 @@ pub(crate) struct Lit {
     pub(crate) irradiance: Vec<f64>,
     /// Estimate of its error, in the clear and past occluders.
     pub(crate) likely: Vec<[f64; 2]>,
-    /// Of that, what is by rays.
+    /// The part of that by rays.
     pub(crate) noise: Vec<f64>,
     /// The form factor of each lamp's root.
     pub(crate) factors: Vec<f64>,

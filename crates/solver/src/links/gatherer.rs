@@ -18,7 +18,7 @@ pub(crate) enum Gatherer<'a> {
 }
 
 impl<'a> Gatherer<'a> {
-    /// The basis of what an element gathers.
+    /// The basis of an element's gather.
     pub(crate) fn basis(self, mesh: &'a Mesh) -> Option<&'a Basis> {
         match self {
             Self::Element(element) => Some(mesh.basis(element)),

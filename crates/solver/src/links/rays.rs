@@ -1,10 +1,11 @@
 //! Transfers past many faces, by rays: where closed forms would cut a source into hundreds of parts and no more than a rough answer is
 //! asked for.
 //!
-//! The source is cut into equal cells, a ray goes to the centre of each, and what the hidden ones would give is taken from the transfer
-//! in the clear, which is known: `G phi - 1/n sum of (1 - V) k phi`. What is seen of an element has an outline, and only the cells on it
-//! are in doubt: m of the n, by the changes between neighbours, and each by half of its light, without order. The error is taken to be
-//! `sqrt(m + 1)/2n` of the light in the clear. That is an estimate; proven is only that nothing gives less than 0 or more than in the clear.
+//! The source is cut into equal cells, a ray goes to the centre of each, and the light of the hidden ones is taken from the
+//! transfer in the clear, which is known: `G phi - 1/n sum of (1 - V) k phi`. The visible part of an element has an outline, and
+//! only the cells on it are in doubt: m of the n, by the changes between neighbours, and each by half of its light, without
+//! order. The error is taken to be `sqrt(m + 1)/2n` of the light in the clear. That is an estimate; proven is only that nothing
+//! gives less than 0 or more than in the clear.
 
 use crate::error::Error;
 use crate::links::station::Station;

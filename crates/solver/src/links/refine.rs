@@ -3,8 +3,9 @@
 //! Links are refined where the light they neglect, times the reflectance, is too large: Hanrahan's brightness-weighted refinement,
 //! with a bound in the place of the brightness.
 //!
-//! Where faces are many a receiver begins with one cluster of all of them ([`crate::mesh::clusters`]). The one that is off most, by an estimate, is opened, and its elements at last linked, until what all closed ones are off
-//! by and the light that links neglect are together within the allowed error.
+//! Where faces are many a receiver begins with one cluster of all of them ([`crate::mesh::clusters`]). The one that is off most,
+//! by an estimate, is opened, and its elements at last linked, until the error of all closed ones
+//! and the light that links neglect are together within the allowed error.
 
 use crate::clock::Clock;
 use crate::error::Error;
@@ -39,10 +40,10 @@ const SURELY: f64 = 0.05;
 /// The part of the allowed sum that clusters may take before they are opened rather than links refined.
 const FAR_PART: f64 = 0.7;
 
-/// The part of what clusters may be off by that rays are, in the mean over the nodes.
+/// The part of rays in the allowed error of clusters, in the mean over the nodes.
 const RAYS_PART: f64 = 0.5;
 
-/// The same before rays are drawn to find which to open, beyond what those that are gathered by differ by from these.
+/// The same before rays are drawn to find which to open, beyond the difference of the gathering rays from these.
 const FAR_BEFORE: f64 = 1.0;
 
 /// The brightness from which on, and the part of the allowed sum above which, a link is evaluated once more.
@@ -53,7 +54,7 @@ const EVALUATED_PART: f64 = 0.05;
 pub(crate) const WITHOUT_ORDER: f64 = 3.0;
 
 impl Optics<'_> {
-    /// Links what gathers to the sources that it sees, each with the faces that may be between; or to the children of those that
+    /// Links a gatherer to the sources that it sees, each with the faces that may be between; or to the children of those that
     /// would be refined anyway.
     pub(crate) fn links<'a>(
         &self,
@@ -133,7 +134,7 @@ impl Optics<'_> {
         few.iter().map(|&node| error(&stations[node])).fold(0.0, largest) > SURELY * need.allowed
     }
 
-    /// The links of what has none: to all roots, or to one cluster of them; or to the sources of its parent.
+    /// The first links of a gatherer: to all roots, or to one cluster of them; or to the sources of its parent.
     pub(crate) fn first_links(
         &self,
         gatherer: Gatherer<'_>,
@@ -157,7 +158,8 @@ impl Optics<'_> {
         Ok((links, self.projected(gatherer, far)))
     }
 
-    /// Rays from each node for what clusters may be off by: N of them see light of this root mean square to one over the root of N.
+    /// Rays from each node for the allowed error of clusters: N of them see light of this root mean square to one over the root
+    /// of N.
     fn rays_for(&self, nodes: usize, need: &Need<'_>) -> usize {
         let Some(root) = self.mesh.clusters().root() else { return FEWEST_RAYS };
         let light = |(channel, weight): (usize, &f64)| {
@@ -170,8 +172,9 @@ impl Optics<'_> {
         (count.ceil() as usize).clamp(FEWEST_RAYS, MOST_RAYS)
     }
 
-    /// Opens clusters and refines links of a receiver until what they neglect is within the allowed error at every node, nothing is left
-    /// to refine, or there is no time: each time the worst one at the node with the largest sum. Returns whether any was.
+    /// Opens clusters and refines links of a receiver until the neglected light is within the allowed error at every node,
+    /// nothing is left to refine, or there is no time: each time the worst one at the node with the largest sum. Returns whether
+    /// any was.
     pub(crate) fn refine(
         &self,
         gatherer: Gatherer<'_>,
@@ -228,7 +231,7 @@ impl Optics<'_> {
         Ok(opened || refined || evaluated)
     }
 
-    /// With what functions of an element's basis get of clusters.
+    /// With the gather from clusters of the functions of an element's basis.
     fn projected(&self, gatherer: Gatherer<'_>, far: Far) -> Far {
         match gatherer.basis(self.mesh) {
             Some(basis) => far.projected(basis),

@@ -1,4 +1,4 @@
-//! The light that a point receives from an element: `G phi(x) = (1/pi) int phi(y) (n1.r)(-n2.r)/|r|^4 dA` over what it sees of it,
+//! The light that a point receives from an element: `G phi(x) = (1/pi) int phi(y) (n1.r)(-n2.r)/|r|^4 dA` over its visible part,
 //! for each function of the element's basis.
 //!
 //! Gauss rules with an a-priori bound answer for all functions at once ([`crate::links::cell`]), on the parts that are seen where
@@ -155,7 +155,7 @@ pub(crate) struct Optics<'a> {
     pub(crate) past: f64,
     /// Cells a side of a source that is seen past many faces; 0 for none, and closed forms.
     pub(crate) cells: usize,
-    /// How many times as bright sources are as what errors are relative to: evaluations are as much more precise.
+    /// How many times as bright sources are as the reference of errors: evaluations are as much more precise.
     pub(crate) brightness: f64,
     /// Past its end evaluations may err by [`LATE`].
     pub(crate) clock: Clock,
@@ -175,7 +175,8 @@ impl Optics<'_> {
         tolerance / self.brightness
     }
 
-    /// For a source that is so bright, up to [`BRIGHTEST`]; no less precise than for one that is as bright as what errors are relative to.
+    /// For a source that is so bright, up to [`BRIGHTEST`]; no less precise than for one that is as bright as the reference of
+    /// errors.
     pub(crate) fn for_brightness(self, brightness: f64) -> Self {
         Self { brightness: smallest(largest(brightness, 1.0), BRIGHTEST), ..self }
     }

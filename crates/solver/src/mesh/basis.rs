@@ -89,7 +89,7 @@ impl Basis {
         Self::with_nodes(shape, degree, nodes, Some(Box::new(above)))
     }
 
-    /// The same with the fewest nodes that project on it, and nothing known of what is beyond it.
+    /// The same with the fewest nodes that project on it, and no estimate of the truncation.
     pub(crate) fn of_fewest_nodes(shape: Shape, degree: usize) -> Self {
         Self::with_nodes(shape, degree, rule::least_for_degree(shape, degree), None)
     }
@@ -318,8 +318,8 @@ impl Basis {
         Excess { last, next, largest: above.magnitude(&coefficients), truncation, spread }
     }
 
-    /// The part of what samples have beyond the polynomials seen that lies along the basis, which the rule of the nodes cannot tell: it falls
-    /// off as the last two degrees do, and where nothing falls off, as where a shadow's edge crosses, an interval between nodes decides.
+    /// The part of the samples' truncation that lies along the basis, which the rule of the nodes cannot tell: it falls off as
+    /// the last two degrees do, and where nothing falls off, as where a shadow's edge crosses, an interval between nodes decides.
     pub(crate) fn seen_of(&self, excess: &Excess) -> f64 {
         let ratio = if excess.next < excess.last { excess.next / excess.last } else { 1.0 };
         let falls = std::iter::repeat_n(ratio, self.degree + 2).product::<f64>();

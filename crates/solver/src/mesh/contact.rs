@@ -1,11 +1,11 @@
 //! Faces cut where others stand on them, or hang close over them.
 //!
 //! Under a box that stands on a floor it is dark, beside it is not: along the contact the radiosity jumps, and no polynomial
-//! across it comes near. So a face is cut along the edges of others that lie in its plane, and stand over it. A lamp close under a ceiling
-//! leaves a pocket over it that is as dark, or as bright, and falls off within the gap: there the ceiling is cut along the lamp's edges too.
-//! What a polynomial across the pocket would send into it is absorbed by the lamp's back, and in a white room that is counted
-//! `1/(1 - rho)` times. Each cut goes on to the edge of the convex part that it is in, so that parts stay convex; parts that an edge does not
-//! enter stay whole.
+//! across it comes near. So a face is cut along the edges of others that lie in its plane, and stand over it. A lamp close under
+//! a ceiling leaves a pocket over it that is as dark, or as bright, and falls off within the gap: there the ceiling is cut along
+//! the lamp's edges too. The light that a polynomial across the pocket would send into it is absorbed by the lamp's back, and in
+//! a white room that is counted `1/(1 - rho)` times. Each cut goes on to the edge of the convex part that it is in, so that parts
+//! stay convex; parts that an edge does not enter stay whole.
 
 use radgrad_core::{DVec3, Polygon};
 use radgrad_scene::{largest, smallest};
@@ -18,7 +18,7 @@ const LEVEL: f64 = 1e-9;
 pub(crate) const CLOSE: f64 = 0.8;
 const PARALLEL: f64 = 1e-3;
 
-/// The part of a face's area below which what hangs over it takes too little light to be cut for.
+/// The part of a face's area below which a face that hangs over it takes too little light to be cut for.
 const NOTICED: f64 = 1e-3;
 
 /// Parts of a face beyond which cutting costs more than it gains: it is then left whole.

@@ -7,8 +7,9 @@ use radgrad_scene::{is_parallelogram, largest, smallest};
 /// Most parts that a long parallelogram is cut into.
 pub(crate) const MOST_SLICES: usize = 16;
 
-/// A parallelogram is long from so many times its width on: what is near a part of it is far from the others, and to divide it into four again
-/// and again makes parts that are as long. It is cut if its face has this part of all area; legs of a table, say, stay whole.
+/// A parallelogram is long from so many times its width on: a face near one part of it is far from the others, and to divide it
+/// into four again and again makes parts that are as long. It is cut if its face has this part of all area; legs of a table, say,
+/// stay whole.
 const LONG: f64 = 8.0;
 pub(crate) const LARGE: f64 = 0.02;
 

@@ -1,11 +1,11 @@
 //! Faces cut where that makes polynomials fit best, along shadow lines above all.
 //!
-//! The light on a part is known at samples; each part gets its own before cuts of it are judged. What polynomials leave out of it is the
-//! part's area times the mean square of what the least squares fit leaves. One part after another is cut, always the one whose best cut
-//! takes most of that away for each element that it adds. Cuts are along the shadow lines that cross a part ([`crate::mesh::shadow`]), in
-//! two through the middle, and in four as refinement does. So a line cuts elements as far as it counts for the light there, elements across
-//! which light changes little in one direction stay long in that, and of the hundreds of lines of a scene none is taken that gains less than
-//! another cut does.
+//! The light on a part is known at samples; each part gets its own before cuts of it are judged. The residual of polynomials on
+//! it is the part's area times the mean square residual of the least squares fit. One part after another is cut, always the one
+//! whose best cut takes most of that away for each element that it adds. Cuts are along the shadow lines that cross a part
+//! ([`crate::mesh::shadow`]), in two through the middle, and in four as refinement does. So a line cuts elements as far as it
+//! counts for the light there, elements across which light changes little in one direction stay long in that, and of the hundreds
+//! of lines of a scene none is taken that gains less than another cut does.
 
 use radgrad_core::DVec3;
 use radgrad_scene::{is_parallelogram, largest};
@@ -68,7 +68,7 @@ struct Part {
     samples: Vec<usize>,
     /// Mean square that polynomials leave, times the area.
     left: f64,
-    /// What the best cut takes away for each part that it adds, and its pieces.
+    /// The residual that the best cut takes away for each part that it adds, and its pieces.
     best: Option<(f64, Vec<Self>)>,
 }
 
@@ -192,7 +192,7 @@ impl Cutting<'_> {
         outlines.into_iter().zip(samples).map(piece).collect()
     }
 
-    /// Mean square of what polynomials leave of the light, times the area, expected of all places rather than of the samples that they fit;
+    /// Mean square residual of polynomials, times the area, expected of all places rather than of the samples that they fit;
     /// `None` if these are too few.
     fn expected_residual(&self, face: usize, corners: &[DVec3], samples: &[usize]) -> Option<f64> {
         let (known, samples_of_face) = (&self.faces[face], &self.samples[face]);
@@ -309,7 +309,7 @@ fn shapes(v: &[DVec3]) -> Vec<Vec<Vec<DVec3>>> {
     }
     let fan = |from: usize| (1..v.len() - 1).map(|i| vec![vertex(from), vertex(from + i), vertex(from + i + 1)]).collect();
     let mut ways: Vec<Vec<Vec<DVec3>>> = (0..if v.len() == 4 { 2 } else { v.len() }).map(fan).collect();
-    // A trapezoid: the parallelogram on its shorter side, and what is left.
+    // A trapezoid: the parallelogram on its shorter side, and the remaining triangle.
     for i in 0..if v.len() == 4 { 4 } else { 0 } {
         let [a, b, c, d] = [vertex(i), vertex(i + 1), vertex(i + 2), vertex(i + 3)];
         let (longer, shorter) = (b - a, c - d);

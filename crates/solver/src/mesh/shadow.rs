@@ -1,4 +1,4 @@
-//! Shadow lines: where the edges of lamps and of what hides them meet a receiver.
+//! Shadow lines: where the planes through edges of lamps and of occluders meet a receiver.
 //!
 //! Seen from a point x of a receiver the outline of an occluder passes a corner of a lamp, or a corner of the occluder passes the
 //! outline of the lamp. There the radiosity or one of its derivatives jumps (P. S. Heckbert 1992; D. Lischinski, F. Tampieri and

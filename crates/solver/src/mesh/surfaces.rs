@@ -54,7 +54,7 @@ impl Surfaces {
     pub(crate) fn may_be_even(&self, mesh: &Mesh) -> bool {
         let faces = || mesh.roots().iter().map(|&root| mesh.elements()[root].face());
         let radiosity = |face: usize, channel: usize| self.emitted[face][channel] / (1.0 - self.reflectance[face][channel]);
-        // A face that reflects all light and emits none is as bright as what it sees, whatever that is.
+        // A face that reflects all light and emits none is as bright as the faces that it sees, whichever they are.
         let is_any = |face: usize, channel: usize| self.reflectance[face][channel] == 1.0 && self.emitted[face][channel] == 0.0;
         let is_even = |channel: usize| {
             let (low, high) = faces()

@@ -1,4 +1,4 @@
-//! What a solution comes to on each surface of its scene.
+//! The radiosity of a solution on each surface of its scene.
 
 use radgrad_scene::{Scene, Surface, largest, smallest};
 
@@ -20,7 +20,8 @@ pub struct SurfaceRadiosity {
 }
 
 impl Solution {
-    /// What each surface of the scene that was solved radiates. No value is below what its face emits, where it emits evenly, and 0 else.
+    /// The radiosity of each surface of the scene that was solved. No value is below the emission of its face, where it emits
+    /// evenly, and 0 else.
     ///
     /// ```
     /// use radgrad_solver::{Options, solve};
@@ -66,7 +67,7 @@ impl Solution {
                 }
             }
         }
-        // What was found of the error of the mean is part of it, and all reflected light has a share in that.
+        // The correction of the mean is part of it, and all reflected light has a share in that.
         let share = |channel: usize| {
             let total: f64 = radiosities.iter().filter_map(|radiosity| radiosity.reflected.get(channel)).sum();
             if total > 0.0 { self.radiosity.reflected[channel] * self.system.mesh.area() / total } else { 1.0 }

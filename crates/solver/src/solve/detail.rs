@@ -1,9 +1,9 @@
 //! The part of the radiosity beyond the polynomials on elements: the next degree, with its sign.
 //!
-//! A residual `r = B_g - B_h` is sampled at the nodes of every projection, where direct light and links were computed anyway. The nodes
-//! see the polynomials of the next degree exactly ([`crate::mesh::rule`]); these, of direct light on leaves and of reflected light on the
-//! receivers above, are the detail. What the samples have beyond that too is kept as a root mean square without a sign. Both are samples:
-//! of light with features between the nodes nothing is known.
+//! A residual `r = B_g - B_h` is sampled at the nodes of every projection, where direct light and links were computed anyway. The
+//! nodes see the polynomials of the next degree exactly ([`crate::mesh::rule`]); these, of direct light on leaves and of
+//! reflected light on the receivers above, are the detail. The samples' truncation beyond that too is kept as a root mean square
+//! without a sign. Both are samples: of light with features between the nodes nothing is known.
 
 use radgrad_scene::largest;
 use rayon::prelude::*;
@@ -18,16 +18,16 @@ use crate::solve::solution::Solution;
 pub(crate) struct Detail {
     /// Coefficients in the basis of the next degree.
     pub(crate) coefficients: Vec<f64>,
-    /// Root mean square of what samples have beyond that.
+    /// Root mean square of the samples' truncation.
     pub(crate) truncation: f64,
     /// The part of that along the polynomials up to the next degree, which samples cannot tell from it.
     pub(crate) along: f64,
-    /// On leaves, what links and clusters neglect of it, as if the links' signs were at random.
+    /// On leaves, the light that links and clusters neglect, as if the links' signs were at random.
     pub(crate) neglected: f64,
 }
 
 impl Detail {
-    /// The part of the coefficients that is taken for the light's own, beside what samples have beyond: Wiener's filter.
+    /// The part of the coefficients that is taken for the light's own, beside the truncation: Wiener's filter.
     pub(super) fn sure(&self) -> f64 {
         let square = self.coefficients.iter().map(|c| c * c).sum::<f64>();
         if square > 0.0 { square / (square + self.truncation * self.truncation) } else { 1.0 }
@@ -126,7 +126,7 @@ impl Solution {
         Detail { coefficients: basis.next(samples), truncation: excess.spread, along, neglected: 0.0 }
     }
 
-    /// What a node's links and clusters neglect.
+    /// The light that a node's links and clusters neglect.
     fn neglected_at(&self, receiver: usize, channel: usize, node: usize) -> f64 {
         let of_link = |link: &Link| self.radiosity.field.neglected(&self.system.mesh, link.source, channel, &link.rows[node]);
         let of_links = self.system.links[receiver].iter().map(of_link).map(|size| size * size).sum::<f64>().sqrt();

@@ -24,7 +24,7 @@ const AIMED_BELOW: f64 = 0.95;
 const REFLECTED_PART: f64 = 0.005;
 
 impl Solution {
-    /// Divides what leaves out most.
+    /// Divides the elements with the largest error.
     pub(super) fn divide(&mut self, options: &Options) -> Result<(), Error> {
         let (elements, receivers) = match options.marking {
             Marking::Residual => (Vec::new(), bulk(self.indicators(), self.part(options))),
@@ -47,7 +47,7 @@ impl Solution {
         part_to_divide(options.error / self.progress.estimate)
     }
 
-    /// What each receiver adds to the estimate of the mean magnitude.
+    /// The refinement indicator of each receiver: its part of the estimated mean magnitude.
     fn indicators(&self) -> Vec<(f64, usize)> {
         let reference = self.reference();
         let indicator = |receiver: usize, channel: usize| {

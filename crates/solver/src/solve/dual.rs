@@ -2,27 +2,27 @@
 //!
 //! | symbol | meaning |
 //! |---|---|
-//! | `T` | the radiosity that was found: polynomials on leaves, and what lamps emit |
+//! | `T` | the computed radiosity: polynomials on leaves, and the emission of lamps |
 //! | `E`, `rho`, `G` | emission, reflectance, transport: `B = E + rho G B` |
 //! | `r = E + rho G T - T` | the residual |
 //! | `phi = 1 + G rho phi` | importance: how much of a unit of light is found in the end, over all area |
-//! | `phi_h`, `b_h = rho phi_h` | its solution on the receivers, polynomials, and what they send of it |
+//! | `phi_h`, `b_h = rho phi_h` | its solution on the receivers, polynomials, and their reflected importance |
 //!
 //! The integral of `B - T` is `int phi r = int phi_h r + int (phi - phi_h) r`. As G is the same both ways the first part is
 //!
 //! ```text
-//! int phi_h (E - T) + int T G b_h                                  what links, clusters, rays and the nodes' rules are off by
+//! int phi_h (E - T) + int T G b_h                                  the error of links, clusters, rays and the nodes' rules
 //! ```
 //!
-//! with `G b_h` at the nodes of receivers: the light of lamps is found once more, gathered by the lamps. Links that neglect as much of the
-//! importance as of the light do not see what they neglect: by symmetry both are off alike. So receivers gather the importance by finer links
-//! where that may be much of what is found. The importance is smooth where
-//! the light has the edges of shadows, so that what this gather is off by itself is less; it is counted without its sign. In the second
-//! part `phi - phi_h` is the part of the next degree in `G b_h` at the nodes, `r` that of direct light on leaves and of reflected light on
-//! receivers, and their product is known with its sign, too. An element far below its receiver that holds much of all light, as under a lamp
-//! close by, may see of the importance what the receiver's nodes do not: there it is gathered once more, for all leaves below. Where a face
-//! is close to another, light and importance fall off along the rim, between the nodes: these layers ([`crate::solve::layers`]) are in both
-//! parts. Light that no sample sees is in neither: what is expected of it counts by itself.
+//! with `G b_h` at the nodes of receivers: the light of lamps is found once more, gathered by the lamps. Links that neglect as
+//! much of the importance as of the light do not see their neglect of either: by symmetry both errors are alike. So receivers
+//! gather the importance by finer links where that may be much of what is found. The importance is smooth where the light has the
+//! edges of shadows, so that the error of this gather itself is less; it is counted without its sign. In the second part `phi -
+//! phi_h` is the part of the next degree in `G b_h` at the nodes, `r` that of direct light on leaves and of reflected light on
+//! receivers, and their product is known with its sign, too. An element far below its receiver that holds much of all light, as
+//! under a lamp close by, may see importance that the receiver's nodes miss: there it is gathered once more, for all leaves
+//! below. Where a face is close to another, light and importance fall off along the rim, between the nodes: these layers
+//! ([`crate::solve::layers`]) are in both parts. Light that no sample sees is in neither: its expectation counts by itself.
 //!
 //! This is the goal-oriented estimate of R. Becker and R. Rannacher (2001); for radiosity D. Lischinski, B. Smits and D. Greenberg (1994).
 
@@ -46,25 +46,25 @@ use crate::mesh::basis::{Basis, Excess, dot};
 use crate::solve::layers::Layers;
 use crate::solve::solution::{MeanError, Solution, for_each, ratio};
 
-/// Sweeps after which the importance is not known, and changes below which it is, relative to its mean: what is left is of second order
-/// where `phi_h` is `b_h` over the reflectance, and of first with textures.
+/// Sweeps after which the importance is not known, and changes below which it is, relative to its mean: the remainder is of
+/// second order where `phi_h` is `b_h` over the reflectance, and of first with textures.
 const MOST_SWEEPS: usize = 2000;
 const SOLVED: f64 = 1e-6;
 const SOLVED_WITH_TEXTURES: f64 = 1e-8;
 
-/// The part of what links may neglect that those of lamps may: they are few.
+/// The part of lamps in the light that links may neglect: they are few.
 const OF_LAMPS: f64 = 0.1;
 
-/// The part of a bound by Schwarz, of what a link neglects or of the product of what samples have beyond the next degree, that is taken to
+/// The part of a bound by Schwarz, on the light that a link neglects or on the product of truncations, that is taken to
 /// be there: 0.01 to 0.05 in the mean of the Cornell box and of rooms of a hundred triangles and of a sphere.
 const TYPICAL: f64 = 0.1;
 
 /// An element below its receiver has an importance of its own if it holds more than this part of all light.
 const MUCH: f64 = 1e-3;
 
-/// That importance is the receiver's polynomial, moved by a constant to the value gathered at the element's centre. Its error is taken to be
-/// the first part of that move, and the error of layers the same part of them. If the error times the element's light is more than the
-/// second part of what links may neglect, the importance is gathered at all nodes instead.
+/// That importance is the receiver's polynomial, moved by a constant to the value gathered at the element's centre. Its error is
+/// taken to be the first part of that move, and the error of layers the same part of them. If the error times the element's light
+/// is more than the second part of the light that links may neglect, the importance is gathered at all nodes instead.
 const STILL_OFF: f64 = 0.25;
 const NOTICED: f64 = 0.005;
 
@@ -74,16 +74,17 @@ struct Part {
     /// By the swapped gather, and by the details of both.
     swapped: f64,
     detail: f64,
-    /// The square of what both may be off by.
+    /// The square of the likely error of both.
     squared_error: f64,
-    /// Bound on what links of the swapped gather neglect: the same way wherever light and kernels are alike, so that it adds up by itself.
+    /// Bound on the light that links of the swapped gather neglect: the same way wherever light and kernels are alike, so that it
+    /// adds up by itself.
     neglected: f64,
     /// By light that no sample sees.
     unseen: f64,
 }
 
 impl Part {
-    /// What that may be off by.
+    /// The likely error.
     fn off_by(&self) -> f64 {
         self.squared_error.sqrt()
     }
@@ -99,11 +100,11 @@ impl Part {
     }
 }
 
-/// What is left of the error once what was found is added to the mean, over the most that is found by rough or by fine links.
+/// The error that remains once the correction is added to the mean, over the largest correction by rough or by fine links.
 const STILL_OFF_BY: f64 = 0.9;
 
-/// Over all else that was found, what links may neglect of the importance before finer ones are made, and over the mean, as no more is found
-/// than rounding leaves; the part of it that the finer ones may, and how often these are made.
+/// Over the other corrections, the importance that links may neglect before finer ones are made, and over the mean, as no more is
+/// found than rounding leaves; the part of it that the finer ones may, and how often these are made.
 const LITTLE: f64 = 0.5;
 const ROUNDED: f64 = 1e-12;
 const FINER: f64 = 0.1;
@@ -117,7 +118,7 @@ struct Importance {
     below: HashMap<usize, Vec<Gathered>>,
 }
 
-/// The polynomial of what an element gathers, and what that is off by in the mean.
+/// The polynomial of an element's gather, and its error in the mean.
 type Gathered = (Vec<f64>, f64);
 
 /// The links and clusters of a receiver, at the nodes of another basis where there is one.
@@ -131,7 +132,7 @@ struct Gathers {
 /// three times as many nodes.
 const FINER_DEGREE: usize = 4;
 
-/// The error of the mean that the rule of the nodes is taken to have: what is beyond the polynomials seen, as far as it does not fall off;
+/// The error of the mean by the rule of the nodes: the truncation, as far as it does not fall off;
 /// where it does not, that of a sum over so many nodes without order.
 fn off_by_rule(basis: &Basis, excess: &Excess) -> f64 {
     let ratio = if excess.next < excess.last { excess.next / excess.last } else { 1.0 };
@@ -233,8 +234,8 @@ impl Solution {
         Ok(for_each(&lamps, of_lamp)?.into_iter().collect())
     }
 
-    /// What elements below receivers gather of the importance if they hold much of all light, and some of it in leaves that do not by
-    /// themselves.
+    /// The gather of the importance by elements below receivers that hold much of all light, and some of it in leaves that do not
+    /// by themselves.
     fn importance_below(&self, sent: &Field) -> Result<HashMap<usize, Vec<Gathered>>, Error> {
         let power = |element: usize, channel: usize| {
             let (held, of) = (
@@ -289,8 +290,8 @@ impl Solution {
         Ok(for_each(&elements, importance_on)?.into_iter().collect())
     }
 
-    /// The error of the mean radiosity over all area, in each channel: what is found of it with its sign, and an estimate of what is left once that
-    /// is added to the mean. Neither is more than the estimate of the mean of the magnitude.
+    /// The error of the mean radiosity over all area, in each channel: the correction with its sign, and an estimate of the error
+    /// once it is added to the mean. Neither is more than the estimate of the mean of the magnitude.
     pub(super) fn estimate_mean(&self) -> Result<Option<Vec<MeanError>>, Error> {
         let Some(sent) = self.importance().cloned() else { return Ok(None) };
         let (links, below) = (self.links_of_lamps(&sent)?, self.importance_below(&sent)?);
@@ -314,7 +315,7 @@ impl Solution {
             parts = self.parts(&importance, (&below, &layers));
         }
         let of_channel = |((part, rough), most): ((&Part, &Part), &Ledger)| {
-            // In all it is no more than what gathers are off by.
+            // In all it is no more than the error of gathers.
             let no_more = |found: f64| largest(smallest(found, most.total()), -most.total());
             let [found, found_roughly] = [part, rough].map(|part| no_more((part.swapped + part.detail) / area));
             let error = no_more(part.off_by().hypot(part.unseen) / area);
@@ -328,7 +329,7 @@ impl Solution {
         Ok(Some(parts.iter().zip(&rough).zip(&self.error_estimate.mean).map(of_channel).collect()))
     }
 
-    /// What layers on a receiver add to the integrals, in each channel.
+    /// The terms of layers on a receiver in the integrals, in each channel.
     fn layers_on(&self, receiver: usize, importance: &Field) -> Result<Vec<Part>, Error> {
         let links = &self.system.links[receiver];
         let Some(layers) = Layers::near_receiver(&self.optics(), receiver, links)? else {
@@ -365,8 +366,8 @@ impl Solution {
         (0..self.system.channels.len()).map(of_channel).collect()
     }
 
-    /// Refines the links by which receivers without clusters gather the importance to a part of what these neglect of it now, in the mean over
-    /// all light. Returns whether any was refined.
+    /// Refines the links by which receivers without clusters gather the importance to a part of the light that they neglect now,
+    /// in the mean over all light. Returns whether any was refined.
     fn refine_importance(&self, importance: &mut Importance) -> Result<bool, Error> {
         let (field, reference) = (&importance.sent, self.reference());
         let own = |receiver: usize| importance.links.get(&receiver).map_or(&self.system.links[receiver][..], |of| &of.links[..]);
@@ -405,7 +406,7 @@ impl Solution {
         Ok(any)
     }
 
-    /// What a receiver and the leaves below it, or it is, add to the integrals.
+    /// The terms of a receiver and the leaves below it, or of itself, in the integrals.
     fn part_of(&self, receiver: usize, channel: usize, importance: &Importance, leaves: &[usize]) -> Part {
         let own = (&self.system.links[receiver][..], &self.system.far[receiver]);
         let gathers = importance.links.get(&receiver);
@@ -428,7 +429,7 @@ impl Solution {
         };
         let emitted = self.emitted_on(receiver, channel);
         let defect: f64 = phi.iter().zip(emitted).zip(held).map(|((phi, e), t)| phi * (e - t)).sum();
-        // What the swapped gather is off by.
+        // The error of the swapped gather.
         let power = (held[0] + lamp).abs() * area;
         let links_error = square(power * self.off_by_links(importance, nodes_basis, channel, by, true));
         let of_links: f64 = by.0.iter().map(|link| power * self.neglected_by(link, importance, nodes_basis, channel)).sum();
@@ -480,7 +481,7 @@ impl Solution {
         around.take_while(|&element| element != receiver).find_map(|element| Some((element, &below.get(&element)?[..])))
     }
 
-    /// Adds the product of what samples of light and an importance have beyond the basis. Where clusters were gathered from that is noise.
+    /// Adds the product of the truncations of light and of an importance. Where clusters were gathered from that is noise.
     fn add_details(&self, part: &mut Part, element: usize, (samples, z): (&[f64], &[f64]), sure: Option<&Excess>) {
         let (area, basis) = (self.system.mesh.elements()[element].area(), self.system.mesh.basis(element));
         let detail = area * dot(&basis.next(samples), z);
@@ -506,8 +507,8 @@ impl Solution {
         path.into_iter().rev().fold(coefficients.to_vec(), |held, element| basis.restrict(self.system.mesh.child(element), &held))
     }
 
-    /// What rays and clusters of a receiver are off by in a light that it gathers, and the evaluations of links if they count, in the mean over
-    /// its nodes, as if without order.
+    /// The error of rays and clusters of a receiver in a light that it gathers, and of the evaluations of links if they count, in
+    /// the mean over its nodes, as if without order.
     fn off_by_links(&self, light: &Field, basis: &Basis, channel: usize, (links, far): (&[Link], &Far), evaluated: bool) -> f64 {
         let of_link = |link: &Link| {
             let coefficients = light.coefficients(link.source, channel, self.system.mesh.basis(link.source).len());
@@ -519,7 +520,7 @@ impl Solution {
         of_links.sqrt().hypot(of_far)
     }
 
-    /// Bound on what a link neglects of a light, in the mean over the nodes of its receiver.
+    /// Bound on the light that a link neglects, in the mean over the nodes of its receiver.
     fn neglected_by(&self, link: &Link, light: &Field, basis: &Basis, channel: usize) -> f64 {
         over_nodes(basis, link, |row| light.neglected(&self.system.mesh, link.source, channel, row))
     }

@@ -2,7 +2,7 @@
 //! errors.
 //!
 //! The gather runs over the links of the leaf that the point is on, with closed forms at the point itself. Its error is the
-//! reflectance times what reaches the point of the error of `B_h`, an average, and so is smaller than that of `B_h`. [`crate::solve::second`]
+//! reflectance times the gather of the error of `B_h`, an average, and so is smaller than that of `B_h`. [`crate::solve::second`]
 //! finds a part of that error with its sign: an answer at a point adds this part.
 //!
 //! A point that is on no face is linked by itself, as finely as receivers are ([`crate::links::refine`]).
@@ -30,13 +30,15 @@ const REACH: f64 = 1e-6;
 /// Points at another face are taken to be in front of it by so much of their leaf's radius: in its plane they would see nothing of it.
 const IN_FRONT: f64 = 1e-8;
 
-/// A source hangs close over a point where it is nearly parallel to it, with normals of this cosine at most, and nearer than this part of its
-/// leaf's radius. What meets the point's face at an angle is not in a gap with it: [`crate::solve::wedge`] has that.
+/// A source hangs close over a point where it is nearly parallel to it, with normals of this cosine at most, and nearer than this
+/// part of its leaf's radius. A face that meets the point's face at an angle is in no gap with it: [`crate::solve::wedge`] has
+/// that.
 const FACING: f64 = -0.99;
 const CLOSE: f64 = 0.25;
 
-/// Irradiance at a point and the estimate of its error, in each channel: what it receives of all that it sees above its horizon. Irradiance has the unit of
-/// radiosity, pi times that of the scene's radiances; a white surface there would have it for its radiosity.
+/// Irradiance at a point and the estimate of its error, in each channel: the light of all that it sees above its horizon.
+/// Irradiance has the unit of radiosity, pi times that of the scene's radiances; a white surface there would have it for its
+/// radiosity.
 ///
 /// ```
 /// use radgrad_core::DVec3;
@@ -74,7 +76,7 @@ pub struct Gathered {
     pub irradiance: Irradiance,
 }
 
-/// What a point gathers from a source.
+/// The gather of a point from a source.
 struct Gather {
     source: usize,
     row: Row,
@@ -87,7 +89,7 @@ struct Gathers {
     from_links: Vec<Gather>,
 }
 
-/// The irradiance of a point in each channel, what evaluations and links leave of it, and what it is made of.
+/// The irradiance of a point in each channel, the errors of evaluations and links, and its terms.
 pub(super) struct Sum {
     pub(super) sums: Vec<f64>,
     errors: Vec<Ledger>,
@@ -181,13 +183,13 @@ impl Solution {
         Ok(irradiance.not_below_zero())
     }
 
-    /// What a point of a leaf gathers.
+    /// The gather of a point of a leaf.
     pub(super) fn sum_on(&self, leaf: usize, point: DVec3) -> Result<Sum, Error> {
         let (station, gathers) = self.gathers_on(leaf, point)?;
         Ok(self.sum(&station, gathers, &self.system.far[self.receiver_of(leaf)]))
     }
 
-    /// What a point that is on no face gathers.
+    /// The gather of a point that is on no face.
     pub(super) fn sum_in_space(&self, station: &Station) -> Result<Sum, Error> {
         let optics = self.optics();
         let lit = match self.system.lamps.is_empty() {
@@ -257,9 +259,10 @@ impl Solution {
         Ok(sums.iter().zip(&rho).zip(emitted).map(|((sum, rho), emitted)| emitted + rho * sum).collect())
     }
 
-    /// What a point lacks in each channel of sources that hang close over it, with an estimate of the error of that. Such a source fills the
-    /// view from the place nearest to the point, and an element far larger than the gap has no polynomial that follows the light at its rim:
-    /// the point lacks the error of the polynomial at that place, which a gather finds there, times the source's form factor.
+    /// The light that a point lacks in each channel of sources that hang close over it, with an estimate of the error of that.
+    /// Such a source fills the view from the place nearest to the point, and an element far larger than the gap has no polynomial
+    /// that follows the light at its rim: the point lacks the error of the polynomial at that place, which a gather finds there,
+    /// times the source's form factor.
     fn lacking_in_gaps(&self, station: &Station, rows: &[(usize, Row)]) -> Result<Vec<[f64; 2]>, Error> {
         let mut lacking = vec![[0.0; 2]; self.system.channels.len()];
         for (source, row) in rows {
@@ -282,7 +285,7 @@ impl Solution {
         Ok(lacking)
     }
 
-    /// What a point of a leaf gathers, over the links that there are.
+    /// The gather of a point of a leaf, over the links that there are.
     fn gathers_on(&self, leaf: usize, point: DVec3) -> Result<(Station, Gathers), Error> {
         let station = Station::on(&self.system.mesh.elements()[leaf], point);
         let lit = self
@@ -301,7 +304,7 @@ impl Solution {
         Ok((station, Gathers { lit: lit.transpose()?, from_links }))
     }
 
-    /// The sum of what a point gathers, and what evaluations and links leave of it.
+    /// The sum of a point's gathers, with the errors of evaluations and links.
     fn sum(&self, station: &Station, Gathers { lit, from_links }: Gathers, far: &Far) -> Sum {
         let channels = self.system.channels.len();
         let (mut sums, mut errors) = (vec![0.0; channels], vec![Ledger::default(); channels]);
@@ -349,7 +352,7 @@ impl Solution {
             .collect())
     }
 
-    /// The sum with its estimate; what touches the point of a face that it is `beside` is no part of this.
+    /// The sum with its estimate; sources that touch the point of a face that it is `beside` are no part of this.
     fn estimated_sum(
         &self,
         station: &Station,
@@ -357,7 +360,7 @@ impl Solution {
         beside: Option<usize>,
     ) -> Irradiance {
         let channels = self.system.channels.len();
-        // Where no error is known with its sign, what its magnitude may be is an estimate, too.
+        // Where no error is known with its sign, its magnitude is estimated, too.
         let without_sign = || {
             let mut truncation =
                 self.points().estimate(&self.system, &self.error_estimate, station, (rows, far), &vec![1.0; channels]);
@@ -400,7 +403,7 @@ impl Irradiance {
     }
 }
 
-/// What a point gathers, source by source.
+/// The gather of a point, source by source.
 fn terms<'a>(rows: &'a [(usize, Row)], sights: &'a [Sight]) -> impl Iterator<Item = Term<'a>> + Clone {
     rows.iter().zip(sights).map(|((source, row), sight)| Term { source: *source, sight, row })
 }

@@ -3,12 +3,13 @@
 //! For pictures it is taken over the links that there are. A point that is asked for gets links of its own, as if the error asked
 //! for were a tenth, which open clusters too; and an estimate of the error. By far the most of the error is that of the
 //! polynomials on sources, `grad G r`. [`crate::solve::detail`] knows the next degree of r with its sign, and
-//! [`crate::solve::second`] what that adds to the light of sources: both are gathered and added, and the size of the first is one part of the
-//! estimate. The others have a size and no sign: the samples beyond the next degree, whose squares add up, and the light that links and
-//! clusters neglect. These count by `4/d` of the most that they give, d the distance: `|grad k|` is at most that times the kernel k where
-//! neither cosine is small. Beside an edge where two faces meet, [`crate::solve::wedge`] finds what the other face is off by near the point: its
-//! slope across the edge is added, and the other face's own parts of the estimate are left out there. Of other leaves near the point
-//! [`crate::solve::near`] samples the error, but for leaves whose errors are likely to be little together.
+//! [`crate::solve::second`] its term in the light of sources: both are gathered and added, and the size of the first is one part
+//! of the estimate. The others have a size and no sign: the samples beyond the next degree, whose squares add up, and the light
+//! that links and clusters neglect. These count by `4/d` of the most that they give, d the distance: `|grad k|` is at most that
+//! times the kernel k where neither cosine is small. Beside an edge where two faces meet, [`crate::solve::wedge`] finds the error
+//! of the other face near the point: its slope across the edge is added, and the other face's own parts of the estimate are left
+//! out there. Of other leaves near the point [`crate::solve::near`] samples the error, but for leaves whose errors are likely to
+//! be little together.
 
 use std::sync::OnceLock;
 
@@ -49,7 +50,7 @@ const ASIDE: f64 = 1e-6;
 const ASIDE_AT_EDGE: f64 = 1e-3;
 const ODD: DVec3 = DVec3::new(0.37, 0.29, 0.23);
 
-/// The part of what links may neglect that those for a gradient at a point may.
+/// The part of links for a gradient at a point in the light that links may neglect.
 const FINER: f64 = 0.1;
 
 /// Bound on the length of the kernel's gradient over the kernel, times the distance, where both cosines are near 1.
@@ -83,11 +84,11 @@ pub struct Gradient {
 
 /// A gradient and the parts of its estimate, in each channel.
 struct Parts {
-    /// Whether what is known of the detail is in the gradient.
+    /// Whether the known detail is in the gradient.
     adds_details: bool,
     /// Leaves near the point, of which more may be known.
     near: Vec<LeafError>,
-    /// That of the polynomials on sources, and of what is known of their error.
+    /// That of the polynomials on sources, and of their known error.
     gradient: Vec<DVec3>,
     /// That of the detail.
     detail: Vec<DVec3>,
@@ -96,7 +97,7 @@ struct Parts {
     neglected: Vec<f64>,
 }
 
-/// What a leaf may be off by: in each channel, the gradient of the detail, and the square of what is beyond.
+/// The error of a leaf: in each channel, the gradient of the detail, and the square of the truncation.
 struct LeafError {
     leaf: usize,
     sight: Sight,
@@ -105,7 +106,7 @@ struct LeafError {
 }
 
 impl Parts {
-    /// Adds to the estimate what a leaf may be off by.
+    /// Adds the error of a leaf to the estimate.
     fn leave(&mut self, leaf_error: LeafError) {
         self.detail.iter_mut().zip(leaf_error.detail).for_each(|(sum, of)| *sum += of);
         self.truncation.iter_mut().zip(leaf_error.truncation).for_each(|(sum, of)| *sum += of);
@@ -261,7 +262,7 @@ impl Solution {
         of_links() || self.radiosity.direct.iter().any(|direct| direct.sights().iter().any(is_past))
     }
 
-    /// Adds the parts of a link: of its source, or if the point is near of what that was divided into.
+    /// Adds the parts of a link: of its source, or if the point is near of the source's descendants.
     fn add_gradient_of(&self, station: &Station, link: &Link, parts: &mut Parts) -> Result<(), Error> {
         let (row, mut open) = (&link.rows[0], vec![link.source]);
         while let Some(source) = open.pop() {
@@ -334,7 +335,7 @@ impl Solution {
         Ok(())
     }
 
-    /// Samples what leaves near a station are off by, but for those that together leave little.
+    /// Samples the errors of leaves near a station, but for those that together add little.
     fn sample_near(&self, station: &Station, near_edges: &[Lacking], parts: &mut Parts) -> Result<(), Error> {
         let projected = |v: DVec3| station.face.map_or(v, |_| v.reject_from_normalized(station.normal));
         let whole: Vec<f64> = parts.gradient.iter().map(|of| projected(*of).length_squared()).collect();
@@ -436,7 +437,7 @@ impl Solution {
         Ok(sums)
     }
 
-    /// Gradient of what a source gives to a point with the coefficients of each channel. All functions together: that of one
+    /// Gradient of the light of a source at a point with the coefficients of each channel. All functions together: that of one
     /// alone is zero where it is symmetric, and no number of digits tells zero from nearly so.
     fn gradients_from(
         &self,
@@ -509,8 +510,8 @@ impl Solution {
 }
 
 impl Solution {
-    /// Whether nothing is seen of a source past some faces but what may be rounding. Its light is about to appear or to be gone: of the two
-    /// gradients there that of the dark is taken. To decide between them would take hundreds of digits.
+    /// Whether no more of a source is visible past some faces than rounding explains. Its light is about to appear or to be gone:
+    /// of the two gradients there that of the dark is taken. To decide between them would take hundreds of digits.
     fn is_sliver(&self, station: &Station, source: &Element, faces: &[usize]) -> bool {
         let parts = faces.iter().flat_map(|&face| self.mesh().convex_parts(face)).map(|part| &part[..]);
         let visible = Visible::from_point(station.point, station.normal, &Window::on_element(source), parts);

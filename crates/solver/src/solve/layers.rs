@@ -34,7 +34,7 @@ const ORDER: usize = 2;
 /// Error that form factors of the rule may have.
 const ROUGH: f64 = 1e-9;
 
-/// What the nodes of an element do not see of sources that are near and in free sight.
+/// Light of near sources in free sight that the nodes of an element miss.
 pub(super) struct Layers<'a> {
     /// The rule: weights, and values of the functions up to the next degree.
     weights: Vec<f64>,
@@ -88,7 +88,7 @@ impl<'a> Layers<'a> {
             others += node.weight * (irradiance - near);
             beside += node.weight * (1.0 - factor);
         }
-        // Where the sources are all that is seen, what is left are roundings.
+        // Where the sources fill the view, the remainder is rounding.
         let past = if beside > ROUGH { others / beside } else { 0.0 };
         let mut values = vec![0.0; self.weights.len()];
         for layer in &self.layers {

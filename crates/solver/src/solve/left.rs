@@ -1,4 +1,4 @@
-//! What the projections of direct and of reflected light leave out, on every element.
+//! Projection residuals of direct and of reflected light, on every element.
 
 use radgrad_scene::{largest, smallest};
 use rayon::prelude::*;
@@ -9,7 +9,7 @@ use crate::mesh::Sight;
 use crate::solve::solution::Solution;
 
 impl Solution {
-    /// What of a residual becomes less as elements do: the detail of a texture stays, but gathers of it fall off with the power of
+    /// The part of a residual that division reduces: the detail of a texture stays, but gathers of it fall off with the power of
     /// their size that the kernel's Taylor polynomial leaves.
     pub(super) fn reducible(&self, element: usize, residual: &Residual) -> f64 {
         if residual.mean_detail() == 0.0 {
@@ -50,7 +50,7 @@ impl Solution {
         (!lamps.is_empty()).then(|| (0..self.system.channels.len()).map(unseen_in).collect())
     }
 
-    /// What the projection of direct light leaves out, everywhere.
+    /// Projection residuals of direct light, everywhere.
     pub(super) fn residuals_of_direct(&self) -> Residuals {
         let channels = self.system.channels.len();
         if self.radiosity.direct.is_empty() {
@@ -62,7 +62,7 @@ impl Solution {
         Residual::everywhere(&self.system.mesh, &leaves, residuals, channels)
     }
 
-    /// What receivers leave out of the reflected light, everywhere.
+    /// Projection residuals of reflected light on receivers, everywhere.
     pub(super) fn residuals_of_reflected(&self) -> Residuals {
         let channels = self.system.channels.len();
         let on_receiver = |&receiver: &usize| (0..channels).map(|channel| self.residual_on_receiver(receiver, channel)).collect();

@@ -11,7 +11,7 @@ use radgrad_scene::largest;
 const DIRECT_PART: f64 = 0.15;
 
 impl Solution {
-    /// Projects direct light on new leaves, and divides leaves until what that leaves out is small, or there is no time.
+    /// Projects direct light on new leaves, and divides leaves until its projection residual is small, or there is no time.
     pub(super) fn light(&mut self, aim: f64, options: &Options, clock: Clock) -> Result<(), Error> {
         let apart = options.marking == Marking::Residual;
         loop {
@@ -33,7 +33,7 @@ impl Solution {
         }
     }
 
-    /// Projects direct light on the elements that are new, and finds what no node of theirs sees.
+    /// Projects direct light on the elements that are new, and finds the light that none of their nodes sees.
     fn project_direct(&mut self) -> Result<(), Error> {
         let first_new = self.radiosity.direct.len();
         let new: Vec<usize> = (first_new..self.system.mesh.elements().len()).collect();
@@ -67,11 +67,11 @@ impl Solution {
         Ok(())
     }
 
-    /// What direct light leaves out on each leaf, as a part of the mean.
+    /// The projection residual of direct light on each leaf, as a part of the mean.
     fn marked_by_direct(&self) -> Vec<(f64, usize)> {
         let leaves: Vec<usize> = self.system.mesh.leaves().collect();
         let area: f64 = leaves.iter().map(|&leaf| self.system.mesh.elements()[leaf].area()).sum();
-        // Relative to what light there is so far, or to all that lamps send if no sample has seen any.
+        // Relative to the light there is so far, or to all that lamps send if no sample has seen any.
         let mean = |channel: usize| match self.radiosity.field.mean(&self.system.mesh, channel) {
             0.0 => self.sent(channel),
             mean => mean,
@@ -91,7 +91,7 @@ impl Solution {
         leaves.into_iter().map(indicator).collect()
     }
 
-    /// What lamps send, over all area.
+    /// The power of lamps over all area.
     fn sent(&self, channel: usize) -> f64 {
         self.system.lamps.power(&self.system.mesh, &self.system.surfaces, channel) / self.system.mesh.area()
     }
@@ -103,7 +103,7 @@ impl Solution {
             .any(|channel| self.radiosity.field.mean(&self.system.mesh, channel) == 0.0 && is_left(channel))
     }
 
-    /// What rays are off by at the nodes of a leaf: smaller leaves would have it as well.
+    /// The error of rays at the nodes of a leaf: smaller leaves would have it as well.
     fn noise_on(&self, leaf: usize, channel: usize) -> f64 {
         let rho = self.system.surfaces.reflectance[self.system.mesh.elements()[leaf].face()][channel];
         rho * self.radiosity.direct[leaf].nodes.iter().map(|lit| lit.noise[channel]).fold(0.0, largest)

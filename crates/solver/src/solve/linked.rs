@@ -21,7 +21,7 @@ type Linked = (Vec<Link>, Far);
 const FEW: usize = 300;
 
 impl Solution {
-    /// Links receivers that have none, to what their parent's links had for sources; these go.
+    /// Links receivers that have none, to the sources of their parent's links; these go.
     pub(super) fn link(&mut self, allowed: f64, clock: Clock) -> Result<(), Error> {
         self.system.links.resize(self.system.mesh.elements().len(), Vec::new());
         self.system.far.resize(self.system.mesh.elements().len(), Far::default());
@@ -96,7 +96,7 @@ impl Solution {
         self.system.mesh.area() / self.system.receivers.len() as f64
     }
 
-    /// What an error of the irradiance counts for, relative to what errors are.
+    /// The weight of an error of the irradiance, relative to the reference of errors.
     fn weight(&self, receiver: usize) -> Vec<f64> {
         let mut weight = self.weight_of(&self.system.surfaces.reflectance[self.system.mesh.elements()[receiver].face()]);
         weight.iter_mut().enumerate().for_each(|(channel, weight)| *weight *= self.carefully(receiver, channel));

@@ -1,18 +1,18 @@
 //! Which elements a round divides: those whose residual adds most to the error of gathers, or those whose polynomials are off most.
 //!
-//! Gathers average what polynomials leave out; by the gradient it is the polynomials themselves that are
+//! Gathers average the residuals of polynomials; by the gradient it is the polynomials themselves that are
 //! made good, `B_h` as it is drawn and exported, in the root mean square: an element counts by its area times the mean square of
-//! what its basis leaves out. Dividing the largest of these is what an equidistributed error asks for; what a division gains is
+//! its projection residual. An equidistributed error asks for the division of the largest of these; a division gains
 //! nearly all of it.
 //!
-//! That mean square is estimated twice, and the mean of both counts: the larger alone marks those elements first where one of them happens
-//! to have met the edge of a shadow. The samples at the nodes have a part of the next degree, and one beyond ([`crate::mesh::basis`]). The
-//! gradient adds what the light does between them (N. Holzschuch and F. X. Sillion 1995, 3.2): along each edge the cubic through exact
-//! values and gradients of its ends leaves the polynomials of the basis' degree by a mean square in closed form, so that neither is built
-//! ([`beyond`]). Those of a square's two directions add up, of a triangle's three edges the mean counts: for quadratic light on linear
-//! elements that is exact on squares, and 5/6 to 4/3 of it on triangles. From degree 3 on a cubic says nothing, and the nodes decide.
-//! Corners are moved inward, those of a square to its four Gauss nodes: at an edge between two faces gradients are infinite, and there a
-//! cubic through the corners says nothing.
+//! That mean square is estimated twice, and the mean of both counts: the larger alone marks those elements first where one of
+//! them happens to have met the edge of a shadow. The samples at the nodes have a part of the next degree, and one beyond
+//! ([`crate::mesh::basis`]). The gradient adds the light's variation between them (N. Holzschuch and F. X. Sillion 1995, 3.2):
+//! along each edge the cubic through exact values and gradients of its ends leaves the polynomials of the basis' degree by a mean
+//! square in closed form, so that neither is built ([`truncation`]). Those of a square's two directions add up, of a triangle's three
+//! edges the mean counts: for quadratic light on linear elements that is exact on squares, and 5/6 to 4/3 of it on triangles.
+//! From degree 3 on a cubic says nothing, and the nodes decide. Corners are moved inward, those of a square to its four Gauss
+//! nodes: at an edge between two faces gradients are infinite, and there a cubic through the corners says nothing.
 //!
 //! Direct and reflected light are judged together where an element has both, since their residuals add up with their signs.
 //! Samples are taken once: after the first round light changes by little. The detail of textures does not count: no division
@@ -31,7 +31,7 @@ use crate::solve::solution::Solution;
 /// Part of the way to the centre at which a corner is sampled: `1 - 1/sqrt(3)`.
 const INWARD: f64 = 0.422_649_730_810_374_2;
 
-/// Degree of what values and gradients at two ends determine.
+/// Degree of the polynomial that values and gradients at two ends determine.
 const CUBIC: usize = 3;
 
 impl Solution {
@@ -70,7 +70,7 @@ impl Solution {
         element.polygon().vertices().iter().map(|&corner| of(corner + (element.centre() - corner) * INWARD)).collect()
     }
 
-    /// Mean square over an element of what the basis leaves out of a light, relative to the mean radiosity, summed over channels.
+    /// Mean square over an element of the projection residual of a light, relative to the mean radiosity, summed over channels.
     pub(crate) fn mean_square_residual(&self, element: usize, light: &Samples) -> f64 {
         let (basis, element) = (self.system.mesh.basis(element), &self.system.mesh.elements()[element]);
         let (lines, part): (&[[usize; 2]], f64) = match element.shape() {

@@ -26,7 +26,7 @@ use crate::solve::wedge::Lacking;
 pub(super) const NEAR: f64 = 0.4;
 const DIVISIONS: [u32; 2] = [1, 5];
 
-/// The likely error of what is added, over that.
+/// The likely error of the correction, over it.
 const STILL_OFF: f64 = 0.25;
 
 /// In a channel, the gradient of a leaf's error, and the square of the likely error of that gradient.
@@ -96,7 +96,7 @@ impl Solution {
         Ok(Some((0..self.system.channels.len()).map(of_channel).collect()))
     }
 
-    /// The error `C - q` of a place of a leaf, with what edges near by add to it; `None` if q is not known.
+    /// The error `C - q` of a place of a leaf, with the terms of edges near by; `None` if q is not known.
     pub(super) fn off_at(&self, leaf: usize, place: DVec3, near_edges: &[Lacking]) -> Result<Sample, Error> {
         let face = self.system.mesh.elements()[leaf].face();
         let sample = || {

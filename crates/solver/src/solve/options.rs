@@ -7,14 +7,14 @@ use radgrad_core::DVec3;
 /// The rule by which elements are divided.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Marking {
-    /// What their residual adds to the error of gathers: the quickest way to a good mean.
+    /// Indicator: the residual's part in the error of gathers, the quickest way to a good mean.
     #[default]
     Residual,
-    /// What their polynomials are off by in the mean square, by samples and gradients of exact gathers: few elements for a given error of the
-    /// polynomials. Faces are first cut into parallelograms about as long as wide.
+    /// Indicator: the mean square error of the polynomials, by samples and gradients of exact gathers: few elements for a given
+    /// error of the polynomials. Faces are first cut into parallelograms about as long as wide.
     Gradient,
-    /// The same on faces that are cut beforehand where polynomials then fit the light best: along the lines where the edges of lamps and of
-    /// what hides them throw their shadows, and in two where light changes in one direction.
+    /// The same on faces that are cut beforehand where polynomials then fit the light best: along the lines where the edges of
+    /// lamps and of occluders throw their shadows, and in two where light changes in one direction.
     Shadows,
 }
 
@@ -36,12 +36,12 @@ pub struct Options {
     pub degree: Option<usize>,
     /// All faces are divided alike until there are this many elements; then the first round begins.
     pub first_elements: usize,
-    /// Elements, divided ones too, beyond which nothing is divided any more: the estimate then says what was reached. Where faces are cut
-    /// into a thousand or more, these do not count.
+    /// Elements, divided ones too, beyond which nothing is divided any more: the estimate then states the error reached. Where
+    /// faces are cut into a thousand or more, these do not count.
     pub most_elements: usize,
-    /// Time in which to be done: no round is begun that, by the time of those before, would end later, light is divided and links are
-    /// refined no more when it is over, in the first round early. What must be done once is; from a second after the time on, form factors
-    /// err by up to 1e-5, and estimates include that.
+    /// Time in which to be done: no round is begun that, by the time of those before, would end later, light is divided and links
+    /// are refined no more when it is over, in the first round early. Steps that must be done once are; from a second after the
+    /// time on, form factors err by up to 1e-5, and estimates include that.
     pub time: Option<Duration>,
     /// Divide the elements that add most to the estimate, or those whose polynomials are off most.
     pub marking: Marking,
@@ -53,7 +53,7 @@ impl Default for Options {
     }
 }
 
-/// What comes after a round. `true` is [`Self::Round`] and `false` [`Self::End`].
+/// The step after a round. `true` is [`Self::Round`] and `false` [`Self::End`].
 ///
 /// ```
 /// use radgrad_solver::{Next, Options, solve};
@@ -64,7 +64,7 @@ impl Default for Options {
 /// let options = Options { error: 0.1, degree: Some(1), ..Options::default() };
 /// let point = (DVec3::new(2.0, 0.5, 0.0), DVec3::Z);
 /// let mean = solve(&scene, &options, |_| true)?;
-/// // Once the mean is found, what this point sees is refined in two rounds.
+/// // Once the mean is found, the view of this point is refined in two rounds.
 /// let mut rounds = 0;
 /// let both = solve(&scene, &options, |solution| match rounds {
 ///     0 if solution.progress().estimate > options.error => Next::Round,
@@ -122,6 +122,7 @@ pub struct Progress {
     pub links: usize,
     /// Gathers of receivers so far.
     pub gathers: usize,
-    /// Estimate of what [`Options::error`] is for, relative to the mean radiosity that is reflected, the largest of the channels.
+    /// Estimate of the error that [`Options::error`] bounds, relative to the mean radiosity that is reflected, the largest of the
+    /// channels.
     pub estimate: f64,
 }

@@ -59,19 +59,19 @@ impl Solution {
         &self.placement
     }
 
-    /// Estimate of the error of [`Self::mean`], in each channel: what a gather of the importance finds with its sign and what that may be
-    /// off by, as a root mean square.
+    /// Estimate of the error of [`Self::mean`], in each channel: the correction by a gather of the importance, with its sign, and
+    /// its likely error, as a root mean square.
     #[must_use]
     pub fn mean_estimate(&self) -> Vec<Ledger> {
         self.mean_error().iter().map(|error| error.estimate).collect()
     }
 
-    /// Adds to the mean what is found of its error.
+    /// Adds to the mean its correction.
     pub(super) fn correct_mean(&mut self) {
         let corrections: Vec<f64> = self.mean_error().iter().map(|error| error.correction).collect();
         for ((mean, reflected), correction) in self.radiosity.mean.iter_mut().zip(&mut self.radiosity.reflected).zip(corrections)
         {
-            // No less than what is emitted.
+            // No less than the emission.
             let correction = largest(correction, -*reflected);
             (*mean, *reflected) = (*mean + correction, *reflected + correction);
         }
@@ -79,7 +79,7 @@ impl Solution {
 
     /// The estimate with its two parts.
     pub(super) fn mean_error(&self) -> &[MeanError] {
-        // Where no importance is found what gathers are off by is an estimate, too.
+        // Where no importance is found the error of gathers is an estimate, too.
         let without_sign = || self.error_estimate.mean.iter().copied().map(MeanError::without_sign).collect();
         self.caches.estimated.get_or_init(|| self.estimate_mean().ok().flatten().unwrap_or_else(without_sign))
     }
@@ -108,14 +108,14 @@ impl Solution {
         largest(sent + self.lamp_on(face, channel), self.least_on(leaf, channel))
     }
 
-    /// The least radiosity that there can be on a leaf: what its face emits, if it does evenly, and 0 else.
+    /// The least radiosity that there can be on a leaf: the emission of its face, if it emits evenly, and 0 else.
     #[must_use]
     pub fn least_on(&self, leaf: usize, channel: usize) -> f64 {
         let face = self.system.mesh.elements()[leaf].face();
         if self.system.surfaces.glows_by_texture(face) { 0.0 } else { self.system.surfaces.emitted[face][channel] }
     }
 
-    /// Coefficients of the polynomial on a leaf, with what it emits as a lamp, in a channel.
+    /// Coefficients of the polynomial on a leaf, with its emission as a lamp, in a channel.
     pub(crate) fn coefficients_on(&self, leaf: usize, channel: usize) -> Vec<f64> {
         let mut coefficients = self.radiosity.field.coefficients(leaf, channel, self.system.mesh.basis(leaf).len()).to_vec();
         coefficients[0] += self.lamp_on(self.system.mesh.elements()[leaf].face(), channel);

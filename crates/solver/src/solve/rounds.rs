@@ -13,7 +13,7 @@ use crate::clock::Clock;
 use crate::solve::options::Next;
 use crate::solve::solution::Solution;
 
-/// What the mean's error comes to, and the part of the time after which it is left as it is.
+/// The error of the mean that ends its refinement, and the part of the time after which it is left as it is.
 const MEAN: f64 = 2e-4;
 const TIME_FOR_MEAN: f64 = 1.0 / 6.0;
 
@@ -23,10 +23,10 @@ const TIME_FOR_POINTS: f64 = 0.4;
 /// Rounds that serve points: where light is even a gradient may be 0, and is never known to a part of that.
 const MOST_SERVICES: usize = 2;
 
-/// Some errors are thrice their estimates: an error is surely within what is allowed if its estimate is within this part of that.
+/// Some errors are thrice their estimates: an error is surely within the allowed one if its estimate is within this part of that.
 const SURE: f64 = 0.3;
 
-/// What a caller of [`crate::solve`] answers after each round, so that gradients at some points are known to a part of themselves.
+/// Stopping rule for [`crate::solve`] that refines until gradients at given points reach a relative accuracy.
 ///
 /// ```
 /// use radgrad_core::DVec3;
@@ -79,7 +79,7 @@ impl GradientRounds {
         if self.asked < MEAN { self.asked } else { MEAN }
     }
 
-    /// What comes after a round.
+    /// The step after a round.
     pub fn next(&mut self, solution: &Solution) -> Next {
         let estimate = solution.progress().estimate;
         if !self.has_mean {

@@ -3,8 +3,8 @@
 //! | symbol | meaning |
 //! |---|---|
 //! | `B_h` | the polynomials on leaves |
-//! | `B_g` | one gather of them, `E + rho G B_h`, G without what links neglect |
-//! | `d` | what is known with its sign of what links do not have: of `B_g - B_h` the next degree ([`crate::solve::detail`]), and `B_h` on leaves less its projection on an element that is linked |
+//! | `B_g` | one gather of them, `E + rho G B_h`, G without the light that links neglect |
+//! | `d` | the known part, with its sign, of the light that links do not have: of `B_g - B_h` the next degree ([`crate::solve::detail`]), and `B_h` on leaves less its projection on an element that is linked |
 //! | `e` | `B - B_g` |
 //!
 //! Of the error the part `e_1 = rho G d + rho G e_1` is known with its sign. It is an equation of radiosity, whose emission `rho G d` is
@@ -13,8 +13,8 @@
 //! The polynomials on leaves are orthogonal to d, so sources that are small for their distance count for next to nothing, and are not
 //! evaluated.
 //!
-//! A detail counts by the part of it that is sure ([`crate::solve::detail`]): where elements are too large for what is on them, the next
-//! degree says no more of the error than what is beyond.
+//! A detail counts by the part of it that is sure ([`crate::solve::detail`]): where elements are too large for the light on them,
+//! the next degree tells no more of the error than the truncation.
 //!
 //! The error of the corrected answer is estimated. A part of the correction counts in full ([`LEFT`]), a smaller part of differences of
 //! polynomials ([`STILL_OFF`]): the point gathers these exactly, but `e_1` does not. By squares are added, source by source, samples beyond
@@ -47,7 +47,7 @@ const SOLVED: f64 = 1e-3;
 const MUCH: f64 = 0.01;
 const ROUGH: f64 = 1e-3;
 
-/// The part of the bound on what a link neglects that is taken to be there.
+/// The part of the bound on a link's neglected light that is taken to be there.
 const TYPICAL: f64 = 0.5;
 
 /// The radius of a source over its distance from which on its children are seen one by one.
@@ -65,7 +65,7 @@ const BY_CHANCE: f64 = 0.1;
 /// Samples beyond details count by this part of the square of their bound at least, as details may cancel by symmetry.
 const LEAST_BEYOND: f64 = 0.25;
 
-/// What a station gathers of a source.
+/// The gather of a station from a source.
 pub(super) struct Term<'a> {
     pub(super) source: usize,
     pub(super) sight: &'a Sight,
@@ -82,8 +82,8 @@ struct Piece {
     near: f64,
     /// Whether all of it is seen.
     is_smooth: bool,
-    /// In each channel, the polynomial that is linked, and beside it, in the basis of the next degree, what the leaves have of theirs and what
-    /// is known of the detail.
+    /// In each channel, the polynomial that is linked, and beside it, in the basis of the next degree, the leaves' own and
+    /// the known detail.
     linked: Vec<Vec<f64>>,
     differs: Vec<Vec<f64>>,
     detail: Vec<Vec<f64>>,
@@ -96,7 +96,7 @@ struct Piece {
     neglected: Vec<f64>,
 }
 
-/// Of the error of a gather: the part that is known with its sign, and an estimate of what that leaves, in each channel.
+/// The error of a gather: the part that is known with its sign, and an estimate of its remainder, in each channel.
 pub(super) struct KnownError {
     pub(super) known: Vec<f64>,
     pub(super) left: Vec<Ledger>,
@@ -108,9 +108,9 @@ struct Gathered {
     /// Known as differences of polynomials, and as details.
     sure: f64,
     unsure: f64,
-    /// Known of the face beside the station: what that is off by is known apart.
+    /// Known of the face beside the station: its error is known apart.
     beside: f64,
-    /// Square of what the others may be off by.
+    /// Square of the likely error of the others.
     squared_error: f64,
 }
 
@@ -120,7 +120,7 @@ impl Gathered {
     }
 }
 
-/// Squares of what a station gathers: at most of the samples beyond details, at most of details, and of these as it was found.
+/// Squares of a station's gathers: bounds on the truncations, on details, and of these as they were found.
 #[derive(Debug, Clone, Copy, Default)]
 struct Beyond {
     most: f64,
@@ -136,7 +136,7 @@ impl Beyond {
     }
 }
 
-/// Of the sources that touch a station: what is known of their details, their form factor, and that times their reflectance.
+/// Of the sources that touch a station: the known part of their details, their form factor, and that times their reflectance.
 #[derive(Debug, Clone, Copy, Default)]
 struct Touching {
     known: f64,
@@ -151,7 +151,8 @@ impl Touching {
         self.reflected += rho * factor;
     }
 
-    /// What comes again of the details, as often as it goes back and forth. Form factors are at most that, and their sum is at most 1.
+    /// The light of the details that comes again, as often as it goes back and forth. Form factors are at most that, and their
+    /// sum is at most 1.
     fn again(&self) -> f64 {
         let returned = self.reflected / largest(self.factor, 1.0);
         self.known * returned / (1.0 - returned)
@@ -303,7 +304,8 @@ impl Solution {
         piece
     }
 
-    /// `G d` at a station, in each channel, with what links neglect. Of a face beside the station what touches it is known otherwise.
+    /// `G d` at a station, in each channel, with the light that links neglect. Of a face beside the station the part that touches
+    /// it is known otherwise.
     fn gathered_details<'a>(
         &self,
         station: &Station,
@@ -367,8 +369,8 @@ impl Solution {
         Ok(gathered)
     }
 
-    /// What the irradiance of a point is off by, found from what the point gathers of each source. `None` if no error of the sources is known.
-    /// The estimate leaves out sources on the face `beside` the point that touch it: [`crate::solve::wedge`] estimates their error.
+    /// The error of the irradiance of a point, from its gathers of each source. `None` if no error of the sources is known. The
+    /// estimate leaves out sources on the face `beside` the point that touch it: [`crate::solve::wedge`] estimates their error.
     pub(super) fn error_at<'a>(
         &self,
         station: &Station,
@@ -391,7 +393,7 @@ impl Solution {
                 } else {
                     propagated += of_error;
                 }
-                // What faces emit has no error.
+                // The emission of faces has no error.
                 reflected += dot(self.radiosity.field.coefficients(source, channel, len), &row.values)
                     - dot(&self.emitted_on(source, channel), &row.values);
                 unseen +=

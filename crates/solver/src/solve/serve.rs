@@ -1,10 +1,11 @@
-//! What a solution serves if it is not the mean: points, such as those that are asked for or those that a camera sees.
+//! The quantity that a solution serves if it is not the mean: points, such as those that are asked for or those that a camera
+//! sees.
 //!
 //! With `w(y)` the mean over the points p of `rho_p k(p, y)`, k the kernel, the error of gathers at the points is in the mean
-//! `int w (r + rho G r + ...)`, and since G is the same both ways `int I r` with the importance `I = w + G rho I` (B. Smits, J. Arvo and D.
-//! Salesin 1992). So `b = rho I` obeys the radiosity equation with `rho w` for the light that is emitted, over the links that there are; one
-//! solution serves all points together. A receiver is divided where `I |r|` is large, and linked roughly where I is small. The estimate is
-//! the sum of `I |r|` without signs, over the mean of what is reflected at the points.
+//! `int w (r + rho G r + ...)`, and since G is the same both ways `int I r` with the importance `I = w + G rho I` (B. Smits, J.
+//! Arvo and D. Salesin 1992). So `b = rho I` obeys the radiosity equation with `rho w` for the light that is emitted, over the
+//! links that there are; one solution serves all points together. A receiver is divided where `I |r|` is large, and linked
+//! roughly where I is small. The estimate is the sum of `I |r|` without signs, over the mean reflected radiosity at the points.
 
 use radgrad_core::DVec3;
 use radgrad_scene::{largest, smallest};
@@ -24,7 +25,7 @@ use crate::solve::solution::{Solution, ratio};
 const MOST_SWEEPS: usize = 200;
 const SOLVED: f64 = 1e-3;
 
-/// What a point sees.
+/// The view of a point.
 struct Seen {
     rows: Vec<(usize, Row)>,
     far: Far,
@@ -48,7 +49,7 @@ impl Solution {
         }
     }
 
-    /// Finds what counts for the points served.
+    /// Finds the importance of elements for the points served.
     pub(super) fn find_importance(&mut self) -> Result<(), Error> {
         if self.refinement.served.points.is_empty() {
             return Ok(());
@@ -109,7 +110,8 @@ impl Solution {
         sum / area
     }
 
-    /// What the points give directly, `rho w` of the module's head: the coefficients of each element in all channels.
+    /// The direct light of the elements at the points, `rho w` of the module's head: the coefficients of each element in all
+    /// channels.
     fn source_of_importance(&self, seen: &[Seen]) -> Vec<Vec<f64>> {
         let (mesh, channels, count) = (&self.system.mesh, self.system.channels.len(), seen.len() as f64);
         let constant = |element: usize, value: f64| {
@@ -148,7 +150,7 @@ impl Solution {
         source
     }
 
-    /// What a point sees; nothing of one that is asked for where it cannot be.
+    /// The view of a point; none of one that is asked for where it cannot be.
     fn seen_from(&self, [position, normal]: [DVec3; 2]) -> Result<Option<Seen>, Error> {
         let Ok((leaf, foot)) = self.leaf_of(position, normal) else {
             let Ok(station) = self.station_in_space(position, normal) else { return Ok(None) };
@@ -167,13 +169,14 @@ impl Solution {
         self.system.mesh.above(element).find_map(importance).map_or(0.0, |values| values[channel])
     }
 
-    /// What a mean of the residual on an element, over what errors are relative to, adds to the error aimed at.
+    /// The part of a mean of the residual on an element, over the reference of errors, in the error aimed at.
     pub(super) fn indicator_for_points(&self, element: usize, channel: usize, left: f64) -> f64 {
         let weight = self.system.mesh.elements()[element].area() * self.importance_of(element, channel);
         ratio(weight * left, self.refinement.served.reflected[channel])
     }
 
-    /// How much less than elsewhere it counts what the links of a receiver neglect, where no point is near that gathers by them.
+    /// How much less than elsewhere the neglected light of a receiver's links counts, where no point is near that gathers by
+    /// them.
     pub(super) fn carefully(&self, receiver: usize, channel: usize) -> f64 {
         if !self.refinement.served.is_known() || self.refinement.served.beside || self.has_point(receiver) {
             return 1.0;
@@ -194,7 +197,8 @@ impl Solution {
         })
     }
 
-    /// Estimate of the mean error of gathers at the points served, over the mean of what they reflect; `None` if the mean is served.
+    /// Estimate of the mean error of gathers at the points served, over the mean of their reflected radiosity; `None` if the mean
+    /// is served.
     pub(super) fn estimate_at_points(&self) -> Option<f64> {
         if !self.refinement.served.is_known() {
             return None;

@@ -2,7 +2,7 @@
 
 use radgrad_core::DVec3;
 
-/// Points that are served, and what counts for them.
+/// Points that are served, and the importance of elements for them.
 #[derive(Debug, Default)]
 pub(crate) struct Served {
     /// Position and normal, in the coordinates of the scene; none to serve the mean.
@@ -11,7 +11,7 @@ pub(crate) struct Served {
     pub(super) beside: bool,
     /// Of each receiver of the last round, in each channel: the importance.
     pub(super) importance: Vec<Vec<f64>>,
-    /// The mean of it over all area, and of what is reflected at the points.
+    /// The mean of it over all area, and of the reflected radiosity at the points.
     pub(super) mean: Vec<f64>,
     pub(super) reflected: Vec<f64>,
 }
@@ -21,7 +21,7 @@ impl Served {
         Self { points: points.iter().map(|&(position, normal)| [position, normal]).collect(), ..Self::default() }
     }
 
-    /// Whether it is known what counts for points.
+    /// Whether the importance for points is known.
     pub(super) fn is_known(&self) -> bool {
         !self.importance.is_empty()
     }

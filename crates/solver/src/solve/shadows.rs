@@ -1,4 +1,4 @@
-//! The mesh that is cut along shadow lines: a rough solution says what light there is, and the faces are cut where polynomials then fit
+//! The mesh that is cut along shadow lines: a rough solution gives the light, and the faces are cut where polynomials then fit
 //! it best ([`crate::mesh::partition`]).
 //!
 //! Every sample of the light is a gather: exact for lamps kept apart, shadows and all, and for reflected light as good as the rough solution.
@@ -21,7 +21,7 @@ use crate::solve::served::Served;
 use crate::solve::solution::{Solution, ratio};
 use crate::solve::{dark, divide_evenly};
 
-/// Elements of the rough solution, their degree and what links may neglect.
+/// Elements of the rough solution, their degree and the light that links may neglect.
 const ROUGH: usize = 150;
 const DEGREE: usize = 2;
 const ERROR: f64 = 0.05;
@@ -35,7 +35,7 @@ const MOST_PARTS: usize = 400;
 
 /// The mesh with bases of a degree, cut for the error asked for.
 pub(super) fn mesh(ready: &Prepared, options: &Options, degree: usize) -> Result<Mesh, Error> {
-    // What shadows need is cut here, and no more.
+    // The cuts that shadows need are made here, and no more.
     let whole = Mesh::cut(&ready.scene, degree, Cut::Parts(&[]))?;
     if whole.clusters().root().is_some() || whole.roots().len() >= MOST_PARTS {
         return Ok(whole);

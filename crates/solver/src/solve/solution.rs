@@ -141,7 +141,7 @@ impl Solution {
         }
     }
 
-    /// What errors are relative to, in each channel: the mean of all radiosity where no light that is reflected was found yet.
+    /// The reference of errors, in each channel: the mean of all radiosity where no light that is reflected was found yet.
     pub(super) fn reference(&self) -> Vec<f64> {
         let denominator = |(&reflected, &mean): (&f64, &f64)| if reflected > 0.0 { reflected } else { mean };
         self.radiosity.reflected.iter().zip(&self.radiosity.mean).map(denominator).collect()
@@ -152,7 +152,7 @@ impl Solution {
         errors.iter().zip(self.reference()).map(|(error, reference)| ratio(error.total(), reference)).fold(0.0, largest)
     }
 
-    /// Whether what was asked for is reached.
+    /// Whether the error asked for is reached.
     pub(super) fn reached(&self, options: &Options) -> bool {
         // Where light may be reflected and none was found, nothing is known relative to it.
         let is_found = |(reflected, estimate): (&f64, &Ledger)| *reflected > 0.0 || estimate.total() == 0.0;
@@ -176,7 +176,7 @@ impl Solution {
         ancestor
     }
 
-    /// Coefficients of what an element emits that is no lamp kept apart.
+    /// Coefficients of an element's emission that is of no lamp kept apart.
     pub(crate) fn emitted_on(&self, element: usize, channel: usize) -> Vec<f64> {
         let (len, face) = (self.system.mesh.basis(element).len(), self.system.mesh.elements()[element].face());
         match self.system.surfaces.pattern(element, channel) {
@@ -189,18 +189,18 @@ impl Solution {
         }
     }
 
-    /// Whether what a face emits is a lamp's, kept apart.
+    /// Whether the emission of a face is a lamp's, kept apart.
     pub(super) fn is_lamp(&self, face: usize) -> bool {
         !self.system.lamps.is_empty() && !self.system.surfaces.glows_by_texture(face)
     }
 
-    /// What a face emits as a lamp kept apart.
+    /// The emission of a face as a lamp kept apart.
     pub(super) fn lamp_on(&self, face: usize, channel: usize) -> f64 {
         if self.is_lamp(face) { self.system.surfaces.emitted[face][channel] } else { 0.0 }
     }
 }
 
-/// Means of a field over all area, with what lamps emit and without what any face does.
+/// Means of a field over all area, with the emission of lamps and without that of any face.
 pub(super) fn means(field: &Field, mesh: &Mesh, [lamps, others]: &[Vec<f64>; 2]) -> (Vec<f64>, Vec<f64>) {
     let held = (0..lamps.len()).map(|channel| field.mean(mesh, channel));
     held.zip(lamps.iter().zip(others)).map(|(held, (lamps, others))| (held + lamps, held - others)).unzip()
@@ -209,7 +209,7 @@ pub(super) fn means(field: &Field, mesh: &Mesh, [lamps, others]: &[Vec<f64>; 2])
 /// The error of the mean radiosity over all area in a channel, as the importance finds it ([`crate::solve::dual`]).
 #[derive(Debug, Clone, Copy)]
 pub(super) struct MeanError {
-    /// Estimate of what is left of it once the correction is added.
+    /// Estimate of the remaining error once the correction is added.
     pub(super) estimate: Ledger,
     /// The error as found by the importance, with its sign, and the likely error of that.
     pub(super) correction: f64,

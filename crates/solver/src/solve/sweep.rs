@@ -12,8 +12,8 @@ const MOST_SWEEPS: usize = 1000;
 const SETTLED: f64 = 1e-6;
 
 impl Solution {
-    /// Begins with reflected light as if all were reflected evenly everywhere (M. F. Cohen et al. 1988, the ambient term): before a
-    /// receiver knows what it sees of clusters, it has to know how bright these may be.
+    /// Begins with reflected light as if all were reflected evenly everywhere (M. F. Cohen et al. 1988, the ambient term): before
+    /// a receiver knows the clusters that it sees, it has to know how bright these may be.
     pub(super) fn fill_evenly(&mut self) {
         for channel in 0..self.system.channels.len() {
             let (mut area, mut sent, mut reflected) = (0.0, 0.0, 0.0);

@@ -1,28 +1,29 @@
 //! The error of gathers beside an edge where two faces meet.
 //!
-//! There each face fills the same part of the other's view, however close the edge is, and the radiosity rises to it as a power of the
-//! distance does: no polynomial follows. But what faces see of each other is the same all along the edge, but for its ends.
+//! There each face fills the same part of the other's view, however close the edge is, and the radiosity rises to it as a power
+//! of the distance does: no polynomial follows. But the views of faces of each other are the same all along the edge, but for its
+//! ends.
 //!
 //! | symbol | meaning |
 //! |---|---|
 //! | `a`, `b` | the two faces, at an angle `alpha` |
 //! | `s`, `t` | distances from the edge on a and on b, from 0 to `Y` |
 //! | `C` | the radiosity by a corrected gather, `E + rho H` |
-//! | `q` | what that gather takes the radiosity to be: polynomial, detail and known error ([`crate::solve::second`]) |
+//! | `q` | the radiosity as that gather takes it: polynomial, detail and known error ([`crate::solve::second`]) |
 //! | `eps` | `B - C` |
-//! | `K` | what a place sees of strips along the edge, `K f(s) = int_0^Y f(t) dF(s, t)` |
+//! | `K` | the gather at a place from strips along the edge, `K f(s) = int_0^Y f(t) dF(s, t)` |
 //!
-//! The gather of a at s lacks what b is off by, `rho K (B - q)` with `B - q = (C - q) + eps`. So on both faces
+//! The gather of a at s lacks the error of b, `rho K (B - q)` with `B - q = (C - q) + eps`. So on both faces
 //!
 //! ```text
 //! eps_a = rho_a K (C_b - q_b + eps_b),   F(s, t) = (1 - (s - t cos alpha)/|s - t e^(i alpha)|)/2
 //! ```
 //!
-//! with F the form factor from s to the endless strip from 0 to t (crossed strings: H. Hottel 1954); of a strip that ends, at `x` times its
-//! distance, either half gives `(x/(1 + x^2) + atan x)/pi` of that. `C - q` is sampled at distances that
-//! are graded towards the edge, where `K` has the limit `(1 + cos alpha)/2` times the value: at the edge itself `C + eps` is therefore the
-//! exact solution of both equations. The gradient across the edge lacks the slope of the same sum. `eps` is an estimate: nothing is the same
-//! up to the ends, and what the faces are off by beyond Y is left out.
+//! with F the form factor from s to the endless strip from 0 to t (crossed strings: H. Hottel 1954); of a strip that ends, at `x`
+//! times its distance, either half gives `(x/(1 + x^2) + atan x)/pi` of that. `C - q` is sampled at distances that are graded
+//! towards the edge, where `K` has the limit `(1 + cos alpha)/2` times the value: at the edge itself `C + eps` is therefore the
+//! exact solution of both equations. The gradient across the edge lacks the slope of the same sum. `eps` is an estimate: nothing
+//! is the same up to the ends, and the errors of the faces beyond Y are left out.
 
 use std::f64::consts::PI;
 
@@ -86,7 +87,8 @@ struct Wedge {
     farthest: f64,
 }
 
-/// At a place, in each channel, the reflectance, and the radiosity of a corrected gather less what gathers take for it.
+/// At a place, in each channel, the reflectance, and the radiosity of a corrected gather less the radiosity that gathers take for
+/// it.
 #[derive(Debug)]
 struct Sample {
     rho: Vec<f64>,
@@ -95,15 +97,16 @@ struct Sample {
     defect_around: Vec<f64>,
 }
 
-/// Weights of every so many samples in what a place sees: a row for each of these samples' places, one for the point, and the slope of that.
+/// Weights of every so many samples in the gather at a place: a row for each of these samples' places, one for the point, and the
+/// slope of that.
 struct Rows {
     step: usize,
     of_samples: Vec<Vec<f64>>,
     of_point: [Vec<f64>; 2],
 }
 
-/// What a gather near an edge lacks of the light of the other face: in each channel, and an estimate of what that is off by; and how much more it
-/// is a unit of length farther from the edge, likewise.
+/// The light of the other face that a gather near an edge lacks: in each channel, with an estimate of its error; and how much
+/// more it is a unit of length farther from the edge, likewise.
 #[derive(Debug)]
 pub(super) struct Lacking {
     /// Whether the point is so near the edge that the answer takes the correction.
@@ -114,7 +117,7 @@ pub(super) struct Lacking {
     pub(super) other: OtherFace,
 }
 
-/// The other face of an edge, and what is added to its error where that is sampled near the point.
+/// The other face of an edge, and the term of its error where that is sampled near the point.
 #[derive(Debug)]
 pub(super) struct OtherFace {
     pub(super) face: usize,
@@ -132,7 +135,7 @@ impl OtherFace {
         (point - self.foot).length()
     }
 
-    /// What is added to `C - q` of a place, in each channel; `None` from Y on.
+    /// The term of `C - q` of a place, in each channel; `None` from Y on.
     pub(super) fn more_at(&self, place: DVec3) -> Option<Vec<f64>> {
         let distance = self.away.dot(place - self.foot);
         if distance >= self.farthest {
@@ -148,7 +151,7 @@ impl Wedge {
         self.sides[0].1.dot(self.sides[1].1)
     }
 
-    /// The part of what an endless strip gives, so far away, that comes from between the ends of the edge.
+    /// The part of an endless strip's light, so far away, that comes from between the ends of the edge.
     fn part(&self, away: f64) -> f64 {
         let to_end = |end: f64| {
             let x = end / away;
@@ -157,7 +160,7 @@ impl Wedge {
         self.ends.map(to_end).iter().sum()
     }
 
-    /// What a place at a distance sees of a function on the other face, by its values at the samples.
+    /// Weights of the samples in the gather at a place at a distance from the edge.
     fn view_weights(&self, distance: f64, degree: usize) -> Vec<f64> {
         let (samples, cosine) = (samples(degree), self.cosine());
         if distance <= AT_EDGE * self.farthest {
@@ -217,7 +220,7 @@ fn interpolation(samples: &[f64], u: f64) -> Vec<f64> {
 }
 
 impl Solution {
-    /// What the corrected gather of a point lacks of the irradiance, if it is beside an edge where its leaf meets another face.
+    /// The irradiance that the corrected gather of a point lacks, if it is beside an edge where its leaf meets another face.
     pub(super) fn lacking_beside_edge(&self, leaf: usize, point: DVec3) -> Result<Option<Lacking>, Error> {
         match self.wedges_at(leaf, point, BESIDE).next() {
             Some((wedge, true)) => self.lacking_of(&wedge, true),
@@ -375,7 +378,8 @@ impl Solution {
         Ok(Some(Sample { rho, defect, defect_around }))
     }
 
-    /// In each channel, the reflectance of a place of a leaf, and the radiosity by a corrected gather, without what lamps emit.
+    /// In each channel, the reflectance of a place of a leaf, and the radiosity by a corrected gather, without the emission of
+    /// lamps.
     pub(super) fn corrected_at(&self, leaf: usize, place: DVec3) -> Result<[Vec<f64>; 2], Error> {
         let (face, irradiance) = (self.system.mesh.elements()[leaf].face(), self.corrected_on(leaf, place)?);
         let [rho, emitted] = self.system.surfaces.reflectance_and_emission(face, place);
@@ -384,7 +388,8 @@ impl Solution {
         Ok([rho, radiosity])
     }
 
-    /// The radiosity `q` that gathers take a place to have, without what lamps emit; `None` if the error of gathers is not known.
+    /// The radiosity `q` that gathers take a place to have, without the emission of lamps; `None` if the error of gathers is not
+    /// known.
     pub(super) fn taken_at(&self, face: usize, place: DVec3) -> Option<Vec<f64>> {
         let (leaf, error) = (self.system.mesh.leaf_at(face, place)?, self.known_error()?);
         let (element, basis) = (&self.system.mesh.elements()[leaf], self.system.mesh.basis(leaf));
@@ -414,7 +419,8 @@ fn way_on(polygon: &Polygon, from: DVec3, way: DVec3) -> f64 {
     (0..v.len()).map(to_side).fold(f64::INFINITY, smallest)
 }
 
-/// `C - q + eps` on both sides, from reflectances, `C - q`, and what each distance sees of all; `None` if the sum does not end.
+/// `C - q + eps` on both sides, from reflectances, `C - q`, and the weights of all at each distance; `None` if the sum does not
+/// end.
 fn off_by(rho: &[Vec<f64>; 2], defect: &[Vec<f64>; 2], rows: &[Vec<f64>]) -> Option<[Vec<f64>; 2]> {
     let mut error = defect.clone();
     let size = defect.iter().flatten().map(|of| of.abs()).sum::<f64>();

@@ -1,9 +1,10 @@
-//! Closed parts of a scene whose faces reflect all light of a channel: what light is emitted in one is never lost, so that there is no
-//! solution; and where none is emitted it is dark.
+//! Closed parts of a scene whose faces reflect all light of a channel: light that is emitted in one is never lost, so that there
+//! is no solution; and where none is emitted it is dark.
 //!
-//! A part is made up of faces that rays from each other meet. It is shown to be closed if all rays from it meet the fronts of its own faces, if
-//! their areas, as vectors along the normals, sum to 0 (those of what passes through a hole would be missing), and if no other face reaches
-//! into the box around it, where rays may have missed it. What is not shown to be closed is solved, and refused if light does not settle.
+//! A part is made up of faces that rays from each other meet. It is shown to be closed if all rays from it meet the fronts of its
+//! own faces, if their areas, as vectors along the normals, sum to 0 (those of light through a hole would be missing), and if no
+//! other face reaches into the box around it, where rays may have missed it. A part that is not shown to be closed is solved, and
+//! refused if light does not settle.
 
 use radgrad_core::DVec3;
 use radgrad_scene::Scene;

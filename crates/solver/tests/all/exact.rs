@@ -163,13 +163,14 @@ fn the_estimate_of_the_mean_is_its_error_in_lit_cubes_between_squares_and_in_a_g
         let solution = solved(faces, &Options { error: 0.05, ..Options::default() });
         let (error, estimate) = (solution.mean()[0] - exact, solution.mean_estimate()[0].total());
         println!("{name}: {error:.2e} off, estimated {estimate:.2e}");
-        // What is found of the error is in the mean: where that is all of it, or what the sweeps leave, a hundred-thousandth is no error.
+        // The correction is in the mean: where it is all of the error, or the remainder of the sweeps is, a hundred-thousandth is
+        // no error.
         let is_least = error.abs() < 1e-5 * exact && estimate < 1e-5 * exact;
         assert!(is_least || (0.7..5.0).contains(&(estimate / error.abs())), "{name}: {error:e} off, estimated {estimate:e}");
     };
     for rho in [0.5, 0.9, 0.99] {
         let lit: Vec<_> = SIDES.into_iter().chain([FLOOR]).map(|quad| (quad, rho, 0.0)).chain([(CEILING, rho, 1.0)]).collect();
-        // No light is lost, so that of what is found everywhere a share of 1 - rho is what the ceiling emits.
+        // No light is lost, so that the ceiling's emission is a share of 1 - rho of the radiosity everywhere.
         held(&format!("cube of {rho}"), &lit, 1.0 / 6.0 / (1.0 - rho));
     }
     // Known to 1e-10 and to 1e-8, by polynomials of degree 3 and an error asked for of 1e-7.

@@ -1,4 +1,4 @@
-//! What pictures show of solutions, and the gradients of their gathers.
+//! Pictures of solutions, and the gradients of their gathers.
 
 use radgrad_scene::{Degenerate, Scene, largest};
 use radgrad_solver::{Options, Shape, solve};

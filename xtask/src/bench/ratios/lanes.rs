@@ -58,7 +58,7 @@ pub(crate) fn speedups() -> Result<Vec<Ratio>, Box<dyn Error>> {
     Ok(ratios)
 }
 
-/// What two threads do at least over one of additions alone, where two cores are free.
+/// Least speed of two threads over one of additions alone, where two cores are free.
 const FREE: f64 = 1.9;
 
 /// The speed of two threads over one, of additions that each waits for.

@@ -1,4 +1,4 @@
-//! Scenes at the edge of what a modeller can mean: objects that almost touch, cross, stand on each other, or have hardly any width.
+//! Scenes at the edge of a modeller's intent: objects that almost touch, cross, stand on each other, or have hardly any width.
 
 use glam::DVec3;
 

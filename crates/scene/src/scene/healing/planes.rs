@@ -41,7 +41,7 @@ const BESIDE: f64 = 4.0;
 /// The largest motion of a vertex, in roundings: more than planes that are not nearly parallel ask for.
 const FARTHEST: f64 = 64.0;
 
-/// A plane, and what is on it.
+/// A plane, and the faces on it.
 #[derive(Debug)]
 struct Plane {
     origin: DVec3,
@@ -103,7 +103,7 @@ impl Plane {
             let determinant = uu * vv - uv * uv;
             let tilt = [(uh * vv - vh * uv) / determinant, (vh * uu - uh * uv) / determinant];
             let fitted = (self.normal - along * tilt[0] - across * tilt[1]).normalize_or_zero();
-            // What is on one line keeps its plane, and what is flat keeps it to the last bit.
+            // A face on one line keeps its plane, and a flat one keeps it to the last bit.
             if determinant <= 1e-12 * uu * vv || (uh == 0.0 && vh == 0.0) || !fitted.is_finite() || fitted == DVec3::ZERO {
                 return;
             }
@@ -211,7 +211,7 @@ struct Shared<'a> {
 }
 
 impl Shared<'_> {
-    /// Adds a face to a plane that all of it is on, or to one of its own, and then those that touch it and what touches these, the widest
+    /// Adds a face to a plane that all of it is on, or to one of its own, and then its neighbours and theirs, the widest
     /// first, while they are on it.
     fn add(&mut self, face: usize) {
         let Some((normal, base)) = (!self.by_face.contains_key(&face)).then(|| widest_triangle(&self.points(face))).flatten()
@@ -284,7 +284,7 @@ impl Shared<'_> {
         for &vertex in &self.faces[face] {
             is_wider |= plane.vertices.insert(vertex) && plane.widen(self.positions[vertex]);
         }
-        // What is far apart tells the plane better.
+        // Points far apart tell the plane better.
         if is_wider {
             plane.fit(self.positions);
         }

@@ -1,12 +1,13 @@
 //! Faces in the coordinates of one plane, as convex parts, and the arithmetic of these: the common part of two, and one without others.
 //!
-//! A convex part without another is cut along the lines of the other's edges, one after the other: what is beyond an edge and inside those
-//! before it is a piece, and what is inside all of them is the other's. The edge that cuts off the largest piece goes first, so that
-//! pieces are few and wide: a disc leaves four boards around its square, then what is left of its corners. Without many others the part
-//! that is nearest to the middle is cut out first, and each piece goes on with what reaches it: as in a sort by halves.
+//! A convex part without another is cut along the lines of the other's edges, one after the other: the part beyond an edge and
+//! inside those before it is a piece, and the part inside all of them is the other's. The edge that cuts off the largest piece
+//! goes first, so that pieces are few and wide: a disc leaves four boards around its square, then the remainders of its corners.
+//! Without many others the part that is nearest to the middle is cut out first, and each piece goes on with the parts that reach
+//! it: as in a sort by halves.
 //!
-//! Corners within the tolerance of a line are on it, and cuts that meet a corner of the other within it end there: a face keeps no slivers
-//! along its neighbours, and a piece has the corner of what it was cut around bit for bit.
+//! Corners within the tolerance of a line are on it, and cuts that meet a corner of the other within it end there: a face keeps
+//! no slivers along its neighbours, and a piece has the corner of the face that it was cut around bit for bit.
 
 use std::collections::HashMap;
 
@@ -145,7 +146,7 @@ impl Part {
     fn around(&self, other: &Self, tolerance: f64) -> Vec<Self> {
         let count = other.corners.len();
         let (mut rest, mut pieces) = (self.corners.clone(), Vec::new());
-        // What an edge cuts off becomes less as the rest does: an area found before is a bound.
+        // The area that an edge cuts off becomes less as the rest does: an area found before is a bound.
         let mut edges: Vec<(f64, usize)> = (0..count).map(|edge| (f64::INFINITY, edge)).collect();
         while let Some(place) = (0..edges.len()).max_by(|&a, &b| edges[a].0.total_cmp(&edges[b].0)) {
             let (bound, edge) = edges[place];

@@ -1,4 +1,5 @@
-//! What holds for each result of a reader, whatever the file: for the tests of files that were changed at random, and for the fuzz targets.
+//! Rules for each result of a reader, whatever the file: for the tests of files that were changed at random, and for the fuzz
+//! targets.
 
 use std::io;
 use std::path::Path;

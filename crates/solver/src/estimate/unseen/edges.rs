@@ -1,4 +1,4 @@
-//! Lines of a scene across which what a point sees may jump: the edges of faces, and where faces cross.
+//! Lines of a scene across which the view of a point may jump: the edges of faces, and where faces cross.
 //!
 //! Two faces that share an edge and turn the same side to a point leave no gap there, so that the point's sight of faces behind
 //! does not change across that edge. Other edges are outlines. A corner of another face that is on an edge (a T-junction) divides it
@@ -132,7 +132,7 @@ impl Edges {
         self.all[line].ends
     }
 
-    /// What a face hangs together with: a number that all of these have.
+    /// The solid of a face: a number that all faces connected with it have.
     pub(super) fn solid(&self, face: usize) -> usize {
         self.solids[face]
     }

@@ -1,5 +1,5 @@
-//! The cut through the tree of clusters where a receiver leaves it: which cluster is opened next, and what the closed ones are off
-//! by together, as if without order ([`super::sampled`]).
+//! The cut through the tree of clusters where a receiver leaves it: which cluster is opened next, and the error of the closed
+//! ones together, as if without order ([`super::sampled`]).
 
 use radgrad_scene::largest;
 
@@ -27,7 +27,7 @@ pub(crate) struct Cut<'a> {
     weight: &'a [f64],
     closed: Vec<Closed>,
     nodes: usize,
-    /// Whether what rays are off by counts: else as many are drawn as are needed.
+    /// Whether the noise of rays counts: else as many are drawn as are needed.
     with_noise: bool,
 }
 
@@ -63,7 +63,8 @@ impl<'a> Cut<'a> {
         }
     }
 
-    /// What all are off by at each node, the largest of the channels after each is multiplied by its weight. Nothing if none is closed.
+    /// The error of all at each node, the largest of the channels after each is multiplied by its weight. Nothing if none is
+    /// closed.
     pub(crate) fn likely(&self) -> Vec<f64> {
         let nodes = if self.closed.is_empty() { 0 } else { self.nodes };
         let mut squares = vec![0.0; nodes];
@@ -99,7 +100,7 @@ impl<'a> Cut<'a> {
     }
 }
 
-/// What stations see of a cluster by their rays.
+/// The views of a cluster from stations by their rays.
 pub(crate) fn look_from(optics: &Optics<'_>, stations: &[Station], rays: &[Rays], cluster: usize) -> Vec<Seen> {
     stations.iter().zip(rays).map(|(station, rays)| optics.look(station, rays, cluster)).collect()
 }

@@ -1,7 +1,7 @@
 //! The light that a receiver gathers from clusters that have no links.
 //!
-//! The light that reaches a node is estimated by rays from it ([`super::sampled`]): `w P`, linear in the radiosity, with P the power of
-//! the cluster. What that is off by is taken to be the deviation of the rays.
+//! The light that reaches a node is estimated by rays from it ([`super::sampled`]): `w P`, linear in the radiosity, with P the
+//! power of the cluster. Its error is taken to be the deviation of the rays.
 //!
 //! All clusters together get no more of the hemisphere than the links leave: of `rest`, 1 less the sum of the links' form factors. So
 //! where the links fill the view, clusters behind count for nothing.
@@ -111,7 +111,7 @@ impl Far {
         &self.clusters
     }
 
-    /// What a node sees of a cluster.
+    /// The view of a cluster from a node.
     pub(crate) fn view(&self, index: usize, node: usize) -> &Seen {
         &self.seen[index * self.rest.len() + node]
     }
@@ -152,7 +152,7 @@ impl Far {
         }
     }
 
-    /// What a node is estimated to get of a quantity that is nowhere negative, given for each cluster.
+    /// Estimate of a node's gather of a quantity that is nowhere negative, given for each cluster.
     pub(crate) fn gathered(&self, node: usize, of: &[Pair]) -> f64 {
         let (mut sum, mut brightest) = (0.0, 0.0_f64);
         for (index, &cluster) in self.clusters.iter().enumerate() {

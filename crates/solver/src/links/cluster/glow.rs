@@ -17,7 +17,7 @@ pub(crate) struct ClusterEmission {
 }
 
 impl ClusterEmission {
-    /// With the area, and the integral of the square, of what is as even as that.
+    /// With the area and the integral of the square of the emission.
     pub(crate) fn over(self, area: f64, square: f64) -> Self {
         let variance = area * square - self.power * self.power;
         Self { area, square, unevenness: if variance > 0.0 { variance.sqrt() } else { 0.0 }, ..self }

@@ -1,14 +1,14 @@
-//! What a point gets of a cluster, by rays from the point.
+//! The light of a cluster at a point, by rays from the point.
 //!
-//! Rays leave the point in directions that are spread as the cosine with its normal is, so that each brings the same part of the hemisphere
-//! (P. Shirley 1990, final gathers). Of N rays h meet a cluster first: what the point sees of it is h/N, and its light is h/N times its mean
-//! radiosity. That is neither too much nor too little in the mean over many points, whatever hides what; in a closed room all parts together
-//! are 1; and nothing is singular where the point touches the cluster. Each point has directions of its own, so that the errors of many are
-//! without order. Clusters are opened by one draw and gathered from by another, since those that a draw gives too little would be opened
-//! less often.
+//! Rays leave the point in directions that are spread as the cosine with its normal is, so that each brings the same part of the
+//! hemisphere (P. Shirley 1990, final gathers). Of N rays h meet a cluster first: its form factor is h/N, and its light is h/N
+//! times its mean radiosity. That is neither too much nor too little in the mean over many points, whatever hides what; in a
+//! closed room all parts together are 1; and nothing is singular where the point touches the cluster. Each point has directions
+//! of its own, so that the errors of many are without order. Clusters are opened by one draw and gathered from by another, since
+//! those that a draw gives too little would be opened less often.
 //!
-//! The error at a point is taken to be the deviation of h, for a cluster that no ray met as if the next one might, as far as its view allows;
-//! and where the radiosity is not even what that gives if the point sees half of the cluster.
+//! The error at a point is taken to be the deviation of h, for a cluster that no ray met as if the next one might, as far as its
+//! view allows; and where the radiosity is uneven, its deviation if the point sees half of the cluster.
 
 use radgrad_scene::smallest;
 
@@ -26,7 +26,7 @@ pub(crate) const RAYS_OF_A_POINT: usize = 512;
 /// Deviation of the visible kernel over a cluster, by its mean: 1 where half of the cluster is seen.
 const UNEVEN: f64 = 1.0;
 
-/// A point's view of a cluster: a bound by geometry, and what rays estimate.
+/// A point's view of a cluster: a bound by geometry, and the estimate of rays.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Seen {
     pub(crate) view: View,
@@ -38,7 +38,7 @@ pub(crate) struct Seen {
 }
 
 impl Seen {
-    /// What a point gets of something that is nowhere negative, by its integral and its largest value.
+    /// The gather at a point of a quantity that is nowhere negative, by its integral and its largest value.
     pub(crate) fn gathers(&self, whole: f64, largest: f64) -> f64 {
         let kernel = self.weight + self.deviation;
         if kernel == 0.0 || largest == 0.0 { 0.0 } else { kernel * smallest(whole, self.area * largest) }
@@ -49,7 +49,7 @@ impl Seen {
         self.deviation * glow.power
     }
 
-    /// What it is off by as the cluster does not glow evenly.
+    /// The error by the cluster's uneven emission.
     pub(crate) fn uneven(&self, glow: &ClusterEmission) -> f64 {
         UNEVEN * self.weight * glow.unevenness
     }
@@ -64,7 +64,7 @@ pub(crate) enum Draw {
     Second,
 }
 
-/// What rays from a point meet.
+/// The faces that rays from a point meet.
 #[derive(Debug)]
 pub(crate) struct Rays {
     /// The clusters of the elements, each one alone, in order.

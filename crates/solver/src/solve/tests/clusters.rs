@@ -1,4 +1,4 @@
-//! What clusters are said to give at most is more than all of their elements give.
+//! Bounds on the light of clusters exceed the light of all of their elements.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
@@ -148,7 +148,7 @@ fn closed_clusters_are_mostly_within_twice_their_estimates() {
                     (nodes_seen, within) = (nodes_seen + 1, within + usize::from(error <= 2.0 * likely + rounding));
                     squares = [squares[0] + error * error, squares[1] + likely * likely];
                 }
-                // What a gather at the point itself makes of it.
+                // The value of a gather at the point itself.
                 let at_node: Vec<(usize, Row)> = links.iter().map(|link| (link.source, link.rows[node].clone())).collect();
                 let of_point = far.of_point(&optics, station, &at_node);
                 let linked: f64 = rough[node] - far.value(&field, 0, node);
@@ -186,7 +186,7 @@ fn clusters_are_opened_further_and_nothing_is_linked_twice() {
         let exact: BTreeMap<usize, f64> =
             all_links(&optics, receiver).iter().map(|link| (link.source, link.rows[0].values[0])).collect();
         for link in &links {
-            // The faces between that are known may be fewer, and so the sum of what they leave.
+            // The faces between that are known may be fewer, and so the sum of the light that they let through.
             let [exact, found] = [exact[&link.source], link.rows[0].values[0]];
             assert!((exact - found).abs() <= 1e-14 * exact, "{exact} {found}");
         }

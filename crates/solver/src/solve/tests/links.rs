@@ -1,4 +1,4 @@
-//! What links are said to neglect is more than they do.
+//! Bounds on the light that links neglect exceed that light.
 
 use radgrad_core::{DVec3, Polygon};
 use radgrad_scene::{Degenerate, Scene, largest};
@@ -46,7 +46,7 @@ fn what_a_link_neglects_is_within_its_bound() {
                     let error = (exact - sum(row, link.source)).abs();
                     let bound = field.neglected(mesh, link.source, channel, row);
                     count += 1;
-                    // What neglects nothing is off by nothing.
+                    // A link that neglects nothing has no error.
                     if bound > 0.0 {
                         worst = largest(worst, (error - errors) / bound);
                     }

@@ -9,7 +9,8 @@ use crate::solve::solve;
 /// Squares along a side of each wall.
 const SQUARES: u32 = 13;
 
-/// Reflectances of a wall and of the two sides of the plate; each emits what it does not reflect, so that the radiosity is 1.
+/// Reflectances of a wall and of the two sides of the plate; each emits the light that it does not reflect, so that the radiosity
+/// is 1.
 const WALL: f64 = 0.5;
 const SIDES: [f64; 2] = [0.3, 0.8];
 

@@ -62,7 +62,8 @@ fn light_that_is_lost_somewhere_is_solved_though_faces_reflect_all() {
     let estimate = white.mean_estimate()[0].total();
     assert!(estimate.is_finite() && estimate > 0.0);
 
-    // All white, and open on one side; the rest, black, takes what leaves by the opening: what is sent out is what is emitted.
+    // All white, and open on one side; the rest, black, takes the light that leaves by the opening: all emitted light is sent
+    // out.
     let closed = |last: [f64; 2]| room(&[[1.0, 0.0], [1.0, 0.0], [1.0, 1.0], [1.0, 0.0], [1.0, 0.0], last]);
     let open = room(&[[1.0, 0.0], [1.0, 0.0], [1.0, 1.0], [1.0, 0.0], [1.0, 0.0]]);
     let [open, black] = [open, closed([0.0, 0.0])].map(|scene| solved(&scene).unwrap());
@@ -103,7 +104,7 @@ fn a_closed_lit_space_whose_faces_reflect_all_is_refused_by_name_and_a_dark_one_
 
 #[test]
 fn sweeps_where_hardly_any_light_is_lost_are_few() {
-    // Of the same reflectance everywhere the mean is that of the emission over what is lost, up to what form factors are off by.
+    // Of the same reflectance everywhere the mean is that of the emission over the lost part, up to the error of form factors.
     let rho = 0.995;
     let scene = room(&[[rho, 1.0], [rho, 0.0], [rho, 0.0], [rho, 0.0], [rho, 0.0], [rho, 0.0]]);
     let mut solution = solved(&scene).unwrap();
