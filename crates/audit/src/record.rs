@@ -61,6 +61,8 @@ pub enum Of {
     Tree(u64),
     /// A scene.
     Scene(Subject, scenes::family::Name),
+    /// All numbers of the solution of a scene, in one way or another.
+    Whole(scenes::family::Name),
 }
 
 /// A value, of one component or more, with the bound on the norm of its error. Without a value a figure of its own: evaluations that
@@ -201,7 +203,7 @@ impl Of {
     pub const fn asks(self) -> Asked {
         match self {
             Self::Oracle(..) | Self::Cubature(_) | Self::Samples(_) | Self::Walks(..) => Asked::Oracle,
-            Self::Scene(Subject::Solve | Subject::Certificate, _) => Asked::Solver,
+            Self::Scene(Subject::Solve | Subject::Certificate, _) | Self::Whole(_) => Asked::Solver,
             Self::Scene(..) => Asked::Scenes,
             _ => Asked::Core,
         }
@@ -209,7 +211,7 @@ impl Of {
 
     /// Whether what it says of an error is no bound, and nothing is wrong with two values that are far apart.
     const fn only_estimates(self) -> bool {
-        matches!(self, Self::Cubature(_) | Self::Scene(Subject::Solve, _))
+        matches!(self, Self::Cubature(_) | Self::Scene(Subject::Solve, _) | Self::Whole(_))
     }
 
     /// Asks.
@@ -221,7 +223,8 @@ impl Of {
             (Self::Tree(index), None) => of_tree(index),
             (Self::Scene(subject, name), None) => of_scene(subject, name),
             (Self::Walks(rays, name), None) => of_walks(rays, name),
-            (Self::Tree(_) | Self::Scene(..) | Self::Walks(..), Some(_)) => Err(format!("{self} has no case")),
+            (Self::Whole(name), None) => Ok(Said::of_pairs(&scenes::alike::recorded(name)?)),
+            (Self::Tree(_) | Self::Scene(..) | Self::Walks(..) | Self::Whole(_), Some(_)) => Err(format!("{self} has no case")),
             (_, None) => Err(format!("{self} of no case")),
             (_, Some(case)) => {
                 let problem = case.problem().map_err(|error| error.to_string())?;
@@ -232,7 +235,7 @@ impl Of {
                     Self::Oracle(arithmetic, digits) => of_oracle(arithmetic, digits, &problem),
                     Self::Cubature(tolerance) => of_cubature(tolerance, &problem),
                     Self::Samples(count) => of_samples(count, &problem),
-                    Self::Tree(_) | Self::Scene(..) | Self::Walks(..) => Err(format!("{self} of a case")),
+                    Self::Tree(_) | Self::Scene(..) | Self::Walks(..) | Self::Whole(_) => Err(format!("{self} of a case")),
                 }
             }
         }
@@ -435,6 +438,7 @@ impl fmt::Display for Of {
             Self::Walks(rays, name) => write!(f, "walks {rays} {name}"),
             Self::Tree(index) => write!(f, "tree {index}"),
             Self::Scene(subject, name) => write!(f, "{} {name}", subject.name()),
+            Self::Whole(name) => write!(f, "whole {name}"),
         }
     }
 }
@@ -467,6 +471,7 @@ impl FromStr for Of {
                 let (rays, name) = rest.split_once(' ').ok_or_else(bad)?;
                 Ok(Self::Walks(rays.parse().map_err(|_| bad())?, name.parse().map_err(|_| bad())?))
             }
+            "whole" => Ok(Self::Whole(rest.parse().map_err(|_| bad())?)),
             "tree" => Ok(Self::Tree(rest.parse().map_err(|_| bad())?)),
             "oracle" => {
                 let (name, digits) = rest.split_once(' ').ok_or_else(bad)?;
@@ -504,7 +509,15 @@ mod tests {
     fn what_is_asked_reads_back_from_its_name() {
         let scene = Of::Scene(Subject::Factors, "facing:1:0".parse().unwrap());
         let walks = Of::Walks(1000, "facing:1:0".parse().unwrap());
-        let asked = [Of::Hessian(1e-10), Of::Irradiance(1.0), Of::Oracle(Arithmetic::Limbs, 36), Of::Tree(3), scene, walks];
+        let asked = [
+            Of::Hessian(1e-10),
+            Of::Irradiance(1.0),
+            Of::Oracle(Arithmetic::Limbs, 36),
+            Of::Tree(3),
+            scene,
+            walks,
+            Of::Whole("slit:1:1".parse().unwrap()),
+        ];
         for of in asked.into_iter().chain([Of::Answer(Ask::Value(1.0)), Of::Cubature(1e-6), Of::Samples(64)]) {
             assert_eq!(of.to_string().parse(), Ok(of));
         }
