@@ -115,7 +115,7 @@ fn looked(index: u64) -> Result<Looked, String> {
     let turn = |p: DVec3| turned[0] * p.x + turned[1] * p.y + turned[2] * p.z;
     let faces = faces.into_iter().map(|corners| corners.into_iter().map(turn).collect()).collect();
     let receiver = Receiver::new(turn(point), turn(normal), 1.0).map_err(|error| error.to_string())?;
-    Ok(Looked { scene: scene_of(faces)?, receiver, degree: if count == MANY { 0 } else { s.below(5) as usize } })
+    Ok(Looked { scene: scene_of(faces)?, receiver, degree: if count == MANY { 0 } else { s.below(4) as usize } })
 }
 
 /// What transfers of a case are off by: figures over their bounds, and what breaks one.
