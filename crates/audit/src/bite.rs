@@ -12,6 +12,7 @@ use glam::DVec3;
 use radgrad_core::evaluate_to;
 use radgrad_oracle::scene::Effort;
 use radgrad_oracle::{Arithmetic, Request, Source, enclose_source_occluded};
+use radgrad_solver::Marking;
 use rayon::prelude::*;
 
 use crate::agreement::agreement;
@@ -84,7 +85,7 @@ macro_rules! by_truth {
 }
 
 /// The checks, the quickest first.
-const CHECKS: [Check; 19] = [
+const CHECKS: [Check; 22] = [
     by_truth!("merge", merge),
     by_truth!("canaries", canaries),
     ("witnesses", witnesses),
@@ -93,6 +94,9 @@ const CHECKS: [Check; 19] = [
     by_truth!("lanes", lanes),
     by_truth!("enclosures", enclosures),
     by_truth!("awkward", awkward_cases),
+    by_truth!("pieces", pieces),
+    by_truth!("limits", limits),
+    by_truth!("alike", alike),
     ("records", |setting| records("records", Asked::Core, setting)),
     ("oracle-records", |setting| records("oracle-records", Asked::Oracle, setting)),
     ("scene-records", |setting| records("scene-records", Asked::Scenes, setting)),
@@ -481,6 +485,43 @@ fn brackets(_: &Setting<'_>) -> Vec<String> {
     let families = [Scenes::Clutter, Scenes::Slit, Scenes::Touching, Scenes::Open, Scenes::Grating, Scenes::Downlight];
     let brackets = scenes::brackets::Brackets::measure(&families, 300, 13, |_, _| ());
     brackets.outside.iter().map(|outside| format!("{}: {}", outside.name, outside.said)).collect()
+}
+
+/// What solutions are made of, each piece by itself.
+fn pieces(_: &Setting<'_>) -> Vec<String> {
+    use scenes::pieces::{textures, transfers, unseen, views};
+    let parts: [(fn(u64) -> Vec<String>, u64); 4] = [(transfers, 20), (views, 6), (unseen, 40), (textures, 20)];
+    parts.par_iter().flat_map_iter(|(wrong, cases)| wrong(*cases)).collect()
+}
+
+/// Certificates of scenes with a known solution, and what these refuse.
+fn limits(_: &Setting<'_>) -> Vec<String> {
+    use scenes::alike::{limits, refusals};
+    use scenes::family::Family as Scenes;
+    let known = [Scenes::Facing, Scenes::Sphere, Scenes::Manufactured];
+    let of = |&family: &Scenes| {
+        let name = scenes::family::Name { family, seed: 31, index: 1 };
+        let wrong = limits(&name.model()).unwrap_or_else(|error| vec![error]);
+        named(name, wrong)
+    };
+    let mut findings: Vec<String> = known.par_iter().flat_map_iter(of).collect();
+    findings.extend(refusals(&Scenes::Facing.model(31, 1)).unwrap_or_else(|error| vec![error]));
+    findings
+}
+
+/// Solutions and certificates with light in another unit and channels in another order.
+fn alike(_: &Setting<'_>) -> Vec<String> {
+    use scenes::family::Family as Scenes;
+    let families = [Scenes::Facing, Scenes::Downlight, Scenes::Slit, Scenes::Open, Scenes::Touching, Scenes::Groove];
+    let of = |(index, &family): (usize, &Scenes)| {
+        let name = scenes::family::Name { family, seed: 31, index: 1 };
+        let mut model = name.model();
+        model.colour(&mut Sampler::new(31, "alike", 0));
+        model.ways.marking = if index == 0 { Marking::Residual } else { Marking::Gradient };
+        let wrong = scenes::alike::in_other_channels(&model).unwrap_or_else(|error| vec![error]);
+        named(name, wrong)
+    };
+    families.par_iter().enumerate().flat_map_iter(of).collect()
 }
 
 /// Rays for the truth of a scene.

@@ -62,6 +62,8 @@ pub enum RecordedSubject {
     Tree(u64),
     /// A scene.
     Scene(Subject, scenes::family::Name),
+    /// All numbers of the solution of a scene, in one way or another.
+    Whole(scenes::family::Name),
 }
 
 /// A value, of one component or more, with the bound on the norm of its error. Without a value a figure of its own: evaluations that
@@ -202,7 +204,7 @@ impl RecordedSubject {
     pub const fn asks(self) -> Asked {
         match self {
             Self::Oracle(..) | Self::Cubature(_) | Self::Samples(_) | Self::Walks(..) => Asked::Oracle,
-            Self::Scene(Subject::Solve | Subject::Certificate, _) => Asked::Solver,
+            Self::Scene(Subject::Solve | Subject::Certificate, _) | Self::Whole(_) => Asked::Solver,
             Self::Scene(..) => Asked::Scenes,
             _ => Asked::Core,
         }
@@ -210,7 +212,7 @@ impl RecordedSubject {
 
     /// Whether its statements of an error are no bound, and nothing is wrong with two values that are far apart.
     const fn only_estimates(self) -> bool {
-        matches!(self, Self::Cubature(_) | Self::Scene(Subject::Solve, _))
+        matches!(self, Self::Cubature(_) | Self::Scene(Subject::Solve, _) | Self::Whole(_))
     }
 
     /// Asks.
@@ -222,7 +224,8 @@ impl RecordedSubject {
             (Self::Tree(index), None) => of_tree(index),
             (Self::Scene(subject, name), None) => of_scene(subject, name),
             (Self::Walks(rays, name), None) => of_walks(rays, name),
-            (Self::Tree(_) | Self::Scene(..) | Self::Walks(..), Some(_)) => Err(format!("{self} has no case")),
+            (Self::Whole(name), None) => Ok(Recorded::of_pairs(&scenes::alike::recorded(name)?)),
+            (Self::Tree(_) | Self::Scene(..) | Self::Walks(..) | Self::Whole(_), Some(_)) => Err(format!("{self} has no case")),
             (_, None) => Err(format!("{self} of no case")),
             (_, Some(case)) => {
                 let problem = case.problem().map_err(|error| error.to_string())?;
@@ -233,7 +236,7 @@ impl RecordedSubject {
                     Self::Oracle(arithmetic, digits) => of_oracle(arithmetic, digits, &problem),
                     Self::Cubature(tolerance) => of_cubature(tolerance, &problem),
                     Self::Samples(count) => of_samples(count, &problem),
-                    Self::Tree(_) | Self::Scene(..) | Self::Walks(..) => Err(format!("{self} of a case")),
+                    Self::Tree(_) | Self::Scene(..) | Self::Walks(..) | Self::Whole(_) => Err(format!("{self} of a case")),
                 }
             }
         }
@@ -436,6 +439,7 @@ impl fmt::Display for RecordedSubject {
             Self::Walks(rays, name) => write!(f, "walks {rays} {name}"),
             Self::Tree(index) => write!(f, "tree {index}"),
             Self::Scene(subject, name) => write!(f, "{} {name}", subject.name()),
+            Self::Whole(name) => write!(f, "whole {name}"),
         }
     }
 }
@@ -468,6 +472,7 @@ impl FromStr for RecordedSubject {
                 let (rays, name) = rest.split_once(' ').ok_or_else(bad)?;
                 Ok(Self::Walks(rays.parse().map_err(|_| bad())?, name.parse().map_err(|_| bad())?))
             }
+            "whole" => Ok(Self::Whole(rest.parse().map_err(|_| bad())?)),
             "tree" => Ok(Self::Tree(rest.parse().map_err(|_| bad())?)),
             "oracle" => {
                 let (name, digits) = rest.split_once(' ').ok_or_else(bad)?;
@@ -512,6 +517,7 @@ mod tests {
             RecordedSubject::Tree(3),
             scene,
             walks,
+            RecordedSubject::Whole("slit:1:1".parse().unwrap()),
         ];
         for of in asked.into_iter().chain([
             RecordedSubject::Answer(Query::Value(1.0)),

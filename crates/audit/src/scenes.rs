@@ -16,6 +16,7 @@
 //! that half-width is above both the bound and [`judge::ROUGH`] of the mean reflected radiosity, the truth is **rough**, which is
 //! counted by itself: the gates demand a share of statements that was judged.
 
+pub mod alike;
 pub mod brackets;
 mod certificates;
 pub mod draw;
@@ -24,6 +25,7 @@ pub mod faults;
 pub mod gradients;
 pub mod judge;
 pub mod model;
+pub mod pieces;
 pub mod shrink;
 pub mod statement;
 pub mod table;

@@ -35,6 +35,8 @@ mod estimate;
 mod field;
 mod links;
 mod mesh;
+#[doc(hidden)]
+pub mod parts;
 mod picture;
 mod solve;
 mod system;

@@ -224,15 +224,6 @@ fn turn(model: &mut Model, [x, y, z]: [DVec3; 3]) {
     corners.chain(positions).for_each(|p| *p = turned(*p));
 }
 
-/// The same in three channels that differ.
-fn coloured(model: &mut Model, s: &mut Sampler) {
-    for part in &mut model.parts {
-        let (rho, emitted) = (part.reflectance[0], part.emitted[0]);
-        part.reflectance = vec![rho, rho * s.between(0.1, 1.0), rho * s.between(0.1, 1.0)];
-        part.emitted = vec![emitted, emitted * s.between(0.1, 1.0), emitted * s.between(0.1, 1.0)];
-    }
-}
-
 pub(super) fn clutter(s: &mut Sampler) -> Model {
     let model = upright_clutter(s);
     turned_or_not(model, s)
@@ -255,7 +246,7 @@ fn upright_clutter(s: &mut Sampler) -> Model {
     let mut model = finish(room.parts, s);
     model.closed = !standing;
     if s.one_in(3) {
-        coloured(&mut model, s);
+        model.colour(s);
     }
     model
 }

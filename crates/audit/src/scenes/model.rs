@@ -11,6 +11,8 @@ use radgrad_oracle::scene::known::FacingRectangles;
 use radgrad_scene::{Quantity, Scene, Texture};
 use radgrad_solver::Marking;
 
+use crate::sampler::Sampler;
+
 use super::written::{self, Lies, Written};
 
 /// Values on a grid over a parallelogram, whose corners have the coordinates (0, 0), (1, 0), (1, 1) and (0, 1).
@@ -137,6 +139,15 @@ impl Model {
     #[must_use]
     pub fn channels(&self) -> usize {
         self.parts.first().map_or(1, |part| part.reflectance.len())
+    }
+
+    /// Gives a scene of one channel three that differ.
+    pub(crate) fn colour(&mut self, s: &mut Sampler) {
+        for part in &mut self.parts {
+            let (rho, emitted) = (part.reflectance[0], part.emitted[0]);
+            part.reflectance = vec![rho, rho * s.between(0.1, 1.0), rho * s.between(0.1, 1.0)];
+            part.emitted = vec![emitted, emitted * s.between(0.1, 1.0), emitted * s.between(0.1, 1.0)];
+        }
     }
 
     /// The scene as it is given to the solver: a surface `f{index}` for each face, but for those that a reader leaves out.

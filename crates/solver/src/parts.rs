@@ -1,0 +1,148 @@
+//! The pieces that a solution is made of, each asked by itself, for those who hold it to a truth of its own. No part of the interface.
+
+use radgrad_core::Receiver;
+use radgrad_scene::Scene;
+
+use crate::clock::Clock;
+use crate::error::Error;
+use crate::estimate::unseen::{Edges, Outlined};
+use crate::links::cell::Rules;
+use crate::links::cluster::glow::ClusterEmission;
+use crate::links::cluster::sampled::Draw;
+use crate::links::station::Station;
+use crate::links::transfer::Optics;
+use crate::mesh::basis::MAX_DEGREE;
+use crate::mesh::clusters::Cluster;
+use crate::mesh::texture::{Pattern, patterns};
+use crate::mesh::{Mesh, Sight};
+
+/// What a point receives of an element.
+#[derive(Debug, Clone)]
+pub struct Transfer {
+    /// The element.
+    pub source: usize,
+    /// The light of each function of the element's basis.
+    pub values: Vec<f64>,
+    /// Bounds on the error of the first of these, and on that of each other one.
+    pub errors: [f64; 2],
+    /// Estimate of the error of the first one, by rays.
+    pub likely: Option<f64>,
+    /// The least and the largest of the kernel over the element, times the area.
+    pub kernel: [f64; 2],
+    /// Bounds on its derivatives along any direction of the plane, over the factorial of the order; none if it is not smooth.
+    pub derivatives: Option<[f64; MAX_DEGREE + 2]>,
+    /// Bounds on the mean square of the visible kernel, and on the root mean square of its part beyond the values.
+    pub beyond: Option<[f64; 2]>,
+}
+
+/// What a point in space receives of each of the coarsest elements, with this error; by rays to so many cells a side where many faces are between.
+///
+/// # Errors
+/// If the light cannot be represented.
+pub fn transfers(mesh: &Mesh, receiver: &Receiver, error: f64, cells: usize) -> Result<Vec<Transfer>, Error> {
+    let (rules, station) = (Rules::new(), Station::in_space(receiver));
+    let optics = optics(mesh, &rules, error, cells);
+    let of = |&source: &usize| {
+        let sight = station.sight(mesh, source, None)?;
+        let row = optics.receive(&station, source, &sight, usize::MAX)?;
+        let beyond = row.sampled.map(|sampled| [sampled.square, row.truncation()]);
+        let derivatives = (row.kernel.smooth && row.kernel.peak > 0.0).then(|| row.kernel.derivatives());
+        let (errors, kernel) = ([row.error, row.other_errors], [row.kernel.least, row.kernel.peak]);
+        Ok(Transfer { source, values: row.values, errors, likely: row.likely, kernel, derivatives, beyond })
+    };
+    mesh.roots().iter().map(of).collect()
+}
+
+fn optics<'a>(mesh: &'a Mesh, rules: &'a Rules, error: f64, cells: usize) -> Optics<'a> {
+    Optics { mesh, rules, absolute: error, past: error, cells, brightness: 1.0, clock: Clock::started() }
+}
+
+/// A point's view of a cluster.
+#[derive(Debug, Clone)]
+pub struct View {
+    /// The faces of the elements that are in it.
+    pub faces: Vec<usize>,
+    /// Bounds on its form factor, and on the kernel times its area.
+    pub bounds: [f64; 2],
+    /// Its form factor by rays, and the deviation of that.
+    pub sampled: [f64; 2],
+}
+
+/// Views of all clusters of a scene's faces, from each of some points by so many rays.
+///
+/// # Errors
+/// If the scene has no mesh.
+pub fn views(scene: &Scene, receivers: &[Receiver], rays: usize) -> Result<Vec<Vec<View>>, Error> {
+    let mut mesh = Mesh::new(scene, 0)?;
+    mesh.cluster();
+    let (rules, tree) = (Rules::new(), mesh.clusters());
+    let optics = optics(&mesh, &rules, 1e-9, 0);
+    let from = |receiver: &Receiver| {
+        let station = Station::in_space(receiver);
+        let drawn = optics.rays(&station, rays, Draw::Second);
+        let of = |(index, cluster): (usize, &Cluster)| {
+            let seen = optics.look(&station, &drawn, index);
+            let within = tree.within(index);
+            let faces = mesh.roots().iter().filter(|&&root| within.contains(&tree.single(root)));
+            let [factor, off] = [seen.weight, seen.noise(&ClusterEmission { power: 1.0, ..ClusterEmission::default() })]
+                .map(|of| of * cluster.area());
+            View {
+                faces: faces.map(|&root| mesh.elements()[root].face()).collect(),
+                bounds: [seen.view.factor, seen.view.peak * cluster.area()],
+                sampled: [factor, off],
+            }
+        };
+        tree.clusters().iter().enumerate().map(of).collect()
+    };
+    Ok(receivers.iter().map(from).collect())
+}
+
+/// Bounds on the form factor of each of the coarsest elements of a face from any place of another, and on its mean over that, if no node of that
+/// sees any of it; none where nothing is between or all is behind.
+#[must_use]
+pub fn unseen(mesh: &Mesh, of: usize) -> Vec<(usize, Option<[f64; 2]>)> {
+    let edges = Edges::find(mesh);
+    let outlined = Outlined { mesh, edges: &edges };
+    let sources = || mesh.roots().iter().copied().filter(|&root| mesh.elements()[root].face() == of);
+    let bound = |element: usize, source: usize| match mesh.sight(element, source, None) {
+        Sight::Past(faces) => Some(outlined.unseen(element, std::iter::once((source, &faces[..], 1.0)))),
+        Sight::Nothing(_) => Some([0.0; 2]),
+        Sight::Clear => None,
+    };
+    mesh.roots()
+        .iter()
+        .flat_map(|&element| sources().map(move |source| (element, source)))
+        .filter(|(element, source)| element != source)
+        .map(|(element, source)| (element, bound(element, source)))
+        .collect()
+}
+
+/// The effect of textures on an element, in a channel.
+#[derive(Debug, Clone)]
+pub struct Texture {
+    /// Projections of the emission and of the reflectance times some irradiance.
+    pub emitted: Vec<f64>,
+    /// That of the reflectance times some irradiance.
+    pub reflected: Vec<f64>,
+    /// Bounds on what these leave out of the radiosity: its largest magnitude, and its mean magnitude.
+    pub detail: [f64; 2],
+    /// Root mean squares of the reflectance, of its difference from its mean, and of that from its projection.
+    pub spread: [f64; 3],
+}
+
+/// The effect of textures on an element with an irradiance of these coefficients, in each channel; none without textures.
+#[must_use]
+pub fn textures(scene: &Scene, mesh: &Mesh, element: usize, irradiance: &[f64]) -> Vec<Texture> {
+    let basis = mesh.basis(element);
+    let patterns = patterns(scene, &mesh.elements()[element], basis).unwrap_or_default();
+    let of = |pattern: &Pattern| {
+        let detail = pattern.detail(basis, irradiance, true);
+        Texture {
+            emitted: pattern.emitted().to_vec(),
+            reflected: pattern.reflected(irradiance),
+            detail: [detail.largest, detail.mean],
+            spread: pattern.spread_of_reflectance(),
+        }
+    };
+    patterns.iter().map(of).collect()
+}
