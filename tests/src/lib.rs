@@ -31,9 +31,9 @@ pub fn appendix_a(receiver: &Receiver, emitter: &Emitter) -> Result<(f64, DVec3)
 /// Relative errors of a radiosity and of its gradient (Euclidean norm) against a reference.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RelativeError {
-    /// Of the radiosity.
+    /// Error of the radiosity.
     pub radiosity: f64,
-    /// Of the gradient.
+    /// Error of the gradient.
     pub gradient: f64,
 }
 

@@ -113,9 +113,9 @@ impl Problem {
 /// twice that of the gradient's.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Condition {
-    /// Of the radiosity.
+    /// Condition of the radiosity.
     pub radiosity: f64,
-    /// Of the gradient, by its Euclidean norm.
+    /// Condition of the gradient, by its Euclidean norm.
     pub gradient: f64,
 }
 

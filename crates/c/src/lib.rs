@@ -1,14 +1,15 @@
 //! Radiosity and its gradient from polygonal emitters, for C: `include/radgrad.h`.
 //!
 //! `radgrad_evaluate`, `radgrad_batch_f64` and `radgrad_batch_f32` neither lock nor unwind, on arrays with any strides. Nor do they
-//! allocate where a closed form or a Gauss rule answers, unless the horizon leaves more than twelve corners of an emitter far away. The
-//! remaining case is a receiver on the surface of an emitter that is flat up to rounding only. An emitter, and the room that batches work in, are
-//! made beforehand, and each is freed by its own function. An emitter may be used by many threads at a time, a room by one.
+//! allocate where a closed form or a Gauss rule answers, unless the horizon leaves more than twelve corners of an emitter far
+//! away. The remaining case is a receiver on the surface of an emitter that is flat up to rounding only. An emitter, and the room
+//! that batches work in, are made beforehand, and each is freed by its own function. An emitter may be used by many threads at a
+//! time, a room by one.
 //!
 //! Lengths are in one unit of the caller's choice, emission in any unit; radiosity is in the unit of the emission, the gradient in that
 //! over the unit of length. Emitters are one-sided: their vertices are counter-clockwise seen from the side that they light. Bounds are
-//! those of `radgrad-core`; where a tolerance is not met, they state the error that was reached. Built by itself (`cargo build --release --package
-//! radgrad-c`) the library has no arbitrary precision: double-double is the last that is tried.
+//! those of `radgrad-core`; where a tolerance is not met, they state the error that was reached. Built by itself (`cargo build
+//! --release --package radgrad-c`) the library has no arbitrary precision: double-double is the last that is tried.
 
 mod arrays;
 mod emitter;
@@ -42,7 +43,7 @@ pub enum Status {
 }
 
 impl Status {
-    /// Of an error of the evaluation.
+    /// The status for an error of the evaluation.
     fn from_error(error: &radgrad_core::Error) -> Self {
         use radgrad_core::Error;
         match error {

@@ -12,7 +12,7 @@ pub enum Error {
         /// The value given.
         value: f64,
     },
-    /// The width asked for is none.
+    /// The requested half-width is not positive.
     #[error("the half-width of the interval is {value}: it must be above 0, relative to the mean radiosity that is reflected")]
     Width {
         /// The value given.

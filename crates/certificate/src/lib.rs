@@ -1,9 +1,10 @@
 //! Intervals for the radiosity of a scene, that hold with a stated probability whatever the scene is.
 //!
-//! The radiosity of diffuse faces is the expectation of the contributions of random walks (J. Arvo and D. Kirk 1990; theory of the walks in
-//! `paths`), and the contribution of a walk is at most a number that follows from reflectances and emissions alone. So limits for the mean of independent bounded
-//! numbers (`betting`) are limits for the radiosity: no mesh, no smoothness, no solution enters. They fail with probability `delta`, 1e-6 if
-//! nothing else is asked for, over the random numbers, which a seed chooses; `delta` is shared by all channels and points.
+//! The radiosity of diffuse faces is the expectation of the contributions of random walks (J. Arvo and D. Kirk 1990; theory of
+//! the walks in `paths`), and the contribution of a walk is at most a number that follows from reflectances and emissions alone.
+//! So limits for the mean of independent bounded numbers (`betting`) are limits for the radiosity: no mesh, no smoothness, no
+//! solution enters. They fail with probability `delta`, 1e-6 if nothing else is requested, over the random numbers, which a seed
+//! chooses; `delta` is shared by all channels and points.
 //!
 //! - [`certify`]: the mean radiosity over all area. Walks begin at lamps, or where these light next to nothing at pairs of parts of lamps and of
 //!   faces, whichever needs less work by a pilot of its own random numbers (`source`).
@@ -74,7 +75,8 @@ impl Request {
     }
 }
 
-/// The least and the largest value that is not excluded. The upper end is infinite where walks may meet faces for ever that absorb nothing.
+/// The least and the largest value that is not excluded. The upper end is infinite where walks may meet faces for ever that
+/// absorb nothing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Interval {
     /// The least value.

@@ -161,7 +161,7 @@ impl<'a> Model<'a> {
         (*exchanges && normal.dot(toward) < 0.0).then_some((face, point))
     }
 
-    /// Of each channel, bounds on the reflectances of a face, and on the product of those of two faces that may see each other.
+    /// Bounds in each channel on the reflectance of a face, and on the product of those of two faces that may see each other.
     pub(crate) fn largest_reflectances(&self) -> Vec<[f64; 2]> {
         let faces: Vec<usize> = (0..self.faces.len()).filter(|&face| self.faces[face].exchanges).collect();
         let mut bounds = vec![[0.0; 2]; self.channels];

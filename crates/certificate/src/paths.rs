@@ -1,10 +1,11 @@
 //! Random walks, and the contribution of each.
 //!
 //! A walk carries a weight for each channel. Where it arrives the weights are multiplied by the reflectance there, and the products
-//! are reflected light. After that it goes on with probability [`Walks::survival`], whatever its weight, and weights are divided by that: the sum
-//! over all arrivals has the same expectation whatever the survival is, and if its square is above the largest weight after two reflections, a range
-//! that is known before the first draw. A walk whose weights are so small that all that it may still add is below [`Walks::cut`] ends, and the
-//! cut is added to the upper limit. Where light comes to the same wherever it goes, a survival of 1 leaves no variance.
+//! are reflected light. After that it goes on with probability [`Walks::survival`], whatever its weight, and weights are divided
+//! by that: the sum over all arrivals has the same expectation whatever the survival is, and if its square is above the largest
+//! weight after two reflections, a range that is known before the first draw. A walk whose weights are so small that all that it
+//! may still add is below [`Walks::cut`] ends, and the cut is added to the upper limit. Where light comes to the same wherever it
+//! goes, a survival of 1 leaves no variance.
 
 use std::f64::consts::PI;
 
@@ -32,7 +33,7 @@ pub(crate) struct Walks<'a> {
 /// The sums over the reflections of a walk.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Tally {
-    /// In each channel.
+    /// The sum in each channel.
     pub(crate) sums: Vec<f64>,
     /// Rays so far.
     pub(crate) rays: u64,

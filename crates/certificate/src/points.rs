@@ -1,8 +1,9 @@
 //! Certificates at points: walks begin there, against the light, and wherever they arrive the light of lamps is added in closed form.
 //!
-//! The irradiance of a point is that of lamps, in closed form to its proven bound, and that of reflected light: the mean over directions, by
-//! the cosine, of the reflected radiosity that is met, and that is `rho` times an irradiance of the same kind. Lamps that emit evenly are taken in closed form; others
-//! where a walk meets them. A lamp gives no point more than it emits, and that is the range.
+//! The irradiance of a point is that of lamps, in closed form to its proven bound, and that of reflected light: the mean over
+//! directions, by the cosine, of the reflected radiosity that is met, and that is `rho` times an irradiance of the same kind.
+//! Lamps that emit evenly are taken in closed form; others where a walk meets them. A lamp gives no point more than it emits, and
+//! that is the range.
 
 use radgrad_core::{DVec3, Receiver};
 use radgrad_scene::{FormFactors, Prepared, Scene, contains, largest, smallest};
@@ -93,7 +94,7 @@ struct Light<'a> {
     walks: Walks<'a>,
     /// Lamps that are taken in closed form.
     lamps: Vec<usize>,
-    /// Of each channel, the most irradiance by these, and the most that others emit.
+    /// Bounds in each channel on the irradiance by these lamps, and on the emission of others.
     closed: Vec<f64>,
     met: Vec<f64>,
 }
@@ -152,8 +153,8 @@ impl<'a> Light<'a> {
         Ok(PointCertificate { irradiance, radiosity, walks: outcome.walks, rays: outcome.rays })
     }
 
-    /// Bound in each channel on the light of all later reflections, over the bound on the sum of their weights: lamps that are met count
-    /// before the weight is reflected there.
+    /// Bound in each channel on the light of all later reflections, over the bound on the sum of their weights: lamps that are
+    /// met count before the weight is reflected there.
     fn to_come(&self) -> Vec<f64> {
         let Walks { survival, more, .. } = &self.walks;
         let remaining_light = |((closed, met), more): ((&f64, &f64), &f64)| {

@@ -11,7 +11,7 @@ use crate::{Interval, Request};
 const PILOT: [usize; 2] = [2, 32];
 const PILOT_PART: f64 = 0.05;
 
-/// The allowed truncation of a walk, relative to the half-width asked for.
+/// The allowed truncation of a walk, relative to the requested half-width.
 const CUT: f64 = 0.05;
 
 /// Walks beyond those that are expected to be enough, and at least so many more of those that there are where they were not.
@@ -25,7 +25,7 @@ pub(crate) trait Walker: Sync {
     /// The walks of one stream of random numbers.
     fn block(&self, seed: u64, stream: u64) -> Result<Block, Error>;
 
-    /// Of each channel, the range of a walk's sum.
+    /// Range of a walk's sum in each channel.
     fn ranges(&self) -> Vec<f64>;
 
     /// The deterministic part of each channel's mean, to which the walks add.
@@ -59,9 +59,9 @@ pub(crate) struct Trial<W> {
     delta: f64,
     /// Names the random numbers.
     stream: u64,
-    /// Of each channel, the range, or where that has no end the largest sum of the pilot.
+    /// The range in each channel, or where it is infinite the largest sum of the pilot.
     scales: Vec<f64>,
-    /// Of sums over their scale.
+    /// Moments of the pilot's sums over their scale.
     pilot: Vec<Moments>,
     pub(crate) rays: u64,
     rays_a_block: f64,
@@ -123,12 +123,12 @@ impl<W: Walker> Trial<W> {
             .collect()
     }
 
-    /// The half-width asked for, over the scale, where sums have this mean.
+    /// The requested half-width, over the scale, where sums have this mean.
     fn half_width(&self, channel: usize, mean: f64) -> f64 {
         self.request.width * (mean + self.walker.deterministic_part()[channel] / self.scales[channel])
     }
 
-    /// Walks that the width asked for needs, by the pilot; infinite where that found nothing.
+    /// Walks that the requested width needs, by the pilot; infinite where that found nothing.
     fn draws(&self) -> f64 {
         let lit = self.pilot.iter().enumerate().filter(|(_, pilot)| pilot.mean > 0.0);
         let need = lit.map(|(channel, pilot)| draws(self.half_width(channel, pilot.mean), pilot.variance, self.delta));

@@ -23,7 +23,7 @@ pub(crate) struct Source {
     origins: Origins,
     /// Bounds on the power that each origin sends out, in the brightest channel, summed up to it.
     sums: Vec<f64>,
-    /// Of each channel, the most of a weight at the first arrival.
+    /// Bound in each channel on the weight at the first arrival.
     shares: Vec<f64>,
 }
 
@@ -62,7 +62,7 @@ impl Source {
         self.sums.last().copied().unwrap_or(0.0)
     }
 
-    /// Of each channel, the most that a walk adds up to.
+    /// Bound in each channel on the sum of a walk.
     pub(crate) fn ranges(&self, walks: &Walks<'_>) -> Vec<f64> {
         self.shares
             .iter()

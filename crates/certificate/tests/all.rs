@@ -101,7 +101,8 @@ fn lit_through_a_gap(rho: f64, gap: f64) -> Result<(Scene, [f64; 2]), Box<dyn Er
     let emitted = 1e6;
     let faces = inner.into_iter().map(|polygon| (polygon, rho, 0.0)).chain([(lamp, 0.0, emitted)]);
     let scene = scene(faces)?;
-    // All that comes in is absorbed, or leaves through the gap: of the light of each reflection, at most some ten times the gap's share of the area.
+    // All that comes in is absorbed, or leaves through the gap: of the light of each reflection, at most some ten times the gap's
+    // share of the area.
     let radiosity = emitted * through * rho / (1.0 - rho) / whole;
     Ok((scene, [radiosity * (1.0 - 10.0 * gap / area * rho / (1.0 - rho) - 1e-3), radiosity * (1.0 + 1e-3)]))
 }

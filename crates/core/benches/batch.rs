@@ -1,6 +1,7 @@
-//! Cost of a batch for each receiver or emitter: by instruction set, precision, quantities asked for, and regime. `scalar` is the
-//! scalar path on the same receivers; `by_hand_f64` and `by_hand_f32` are the sums of a triangle seen whole, the same operations to the
-//! same digits, written for AVX-512 alone: one normal, no clipping, no bound, and one answer whether all are settled.
+//! Cost of a batch for each receiver or emitter: by instruction set, precision, requested quantities, and regime. `scalar` is the
+//! scalar path on the same receivers; `by_hand_f64` and `by_hand_f32` are the sums of a fully visible triangle, the same
+//! operations to the same digits, written for AVX-512 alone: one normal, no clipping, no bound, and one answer whether all are
+//! settled.
 
 use divan::{Bencher, black_box, counter::ItemsCount};
 #[cfg(target_arch = "x86_64")]

@@ -1,4 +1,4 @@
-//! Cost of an answer: by quantities asked for, by tolerance, by regime. Times are per answer, each over the same hundred receivers.
+//! Cost of an answer: by requested quantities, by tolerance, by regime. Times are per answer, each over the same hundred receivers.
 
 use divan::{Bencher, black_box, counter::ItemsCount};
 use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver, evaluate_to, gradient, radiosity, radiosity_and_gradient};

@@ -16,8 +16,8 @@
 //!   emitter are done in it from the start.
 //!
 //! In short: `Engine::{new, all, threads}` and, on it, `radiosity`, `radiosity_and_gradient`, `radiosity_to`, `evaluate_to` (many
-//! receivers, one emitter), `radiosity_occluded`, `evaluate_occluded` (the same past occluders), `each`, `each_to` (one receiver, many emitters),
-//! `total` (many of both, summed).
+//! receivers, one emitter), `radiosity_occluded`, `evaluate_occluded` (the same with occluders), `each`, `each_to` (one receiver,
+//! many emitters), `total` (many of both, summed).
 //!
 //! Digits are lost as by [`crate::radiosity`]: about `log10 D/s` of them at distance D for size s, of a linear emitter three
 //! times as many. The bound is some 30 (value) to 60 times (gradient) the error found, a linear emitter's some thousand times.
@@ -104,7 +104,7 @@ trait Compiled: LinearOnLanes {
     /// An emitter as lanes take it.
     fn on_lanes(emitter: &Emitter) -> OnLanes<Self>;
 
-    /// Many receivers against one emitter, past occluders.
+    /// Many receivers against one emitter, with occluders.
     fn against(
         engine: &Engine,
         receivers: &Receivers<'_, Self>,
@@ -235,7 +235,7 @@ impl<F: Precision> ReadyEmitter<F> {
 /// let mut answers = Answers::new();
 /// Engine::new().threads().radiosity(&floor, &lamp, &mut answers)?;
 /// assert!((answers.radiosity[0] - 0.138_531_605_994_893).abs() < 1e-6 * 0.138);
-/// assert!(answers.gradient[0].is_empty()); // it was not asked for
+/// assert!(answers.gradient[0].is_empty()); // it was not requested
 /// # Ok::<(), radgrad_core::Error>(())
 /// ```
 #[derive(Debug, Clone, Copy)]
@@ -453,9 +453,10 @@ impl Engine {
         F::against(self, receivers, (emitter, on_lanes, &[]), Goal::within(tolerance, true)?, answers)
     }
 
-    /// Radiosity of each receiver past occluders with its bound, to a relative tolerance.
+    /// Radiosity of each receiver and its bound, with occluders, to a relative tolerance.
     ///
-    /// This is [`Self::evaluate_occluded`] without the gradient. Where a shadow's edge is seen in line with another edge it is much cheaper.
+    /// This is [`Self::evaluate_occluded`] without the gradient. Where a shadow's edge is seen in line with another edge it is
+    /// much cheaper.
     ///
     /// ```
     /// use radgrad_core::batch::{Answers, Engine, Receivers};
@@ -487,7 +488,7 @@ impl Engine {
         F::against(self, receivers, (emitter, &on_lanes, occluders), Goal::within(tolerance, false)?, answers)
     }
 
-    /// Radiosity and gradient at each receiver past occluders with their bounds, to a relative tolerance.
+    /// Radiosity and gradient at each receiver and their bounds, with occluders, to a relative tolerance.
     ///
     /// Where spheres around the emitter and each occluder, seen from a receiver, prove that none hides anything, the lanes answer, with the digits
     /// of [`Self::evaluate_to`]; the other receivers have the answers of [`crate::evaluate_to`]. Each receiver looks at each occluder, some 5 ns:

@@ -129,10 +129,10 @@ pub enum Error {
         /// Highest degree allowed.
         allowed: u32,
     },
-    /// A form that serves some emissions only was asked for another.
+    /// The closed form of a quantity does not serve this kind of emission.
     #[error("{quantity} has a closed form for {needed} emission only, this one is {given}")]
     EmissionKind {
-        /// The quantity asked for.
+        /// The requested quantity.
         quantity: &'static str,
         /// The emission that it needs: `constant`, `constant or linear`.
         needed: &'static str,
@@ -168,10 +168,10 @@ pub enum Error {
         /// The emitter's planarity defect.
         defect: f64,
     },
-    /// The number of digits asked for is not one that is served.
+    /// The requested number of digits is not served.
     #[error("{value} digits were asked for: it must be between 1 and {most}")]
     Digits {
-        /// Digits asked for.
+        /// Requested digits.
         value: u32,
         /// The most that are served.
         most: u32,
@@ -181,7 +181,7 @@ pub enum Error {
         "{digits} digits are out of reach with {bits} bits: the exact value may be zero, undefined because vertices are off one plane, or take too long"
     )]
     Undecided {
-        /// Digits asked for.
+        /// Requested digits.
         digits: u32,
         /// Bits of the last attempt.
         bits: usize,

@@ -56,7 +56,7 @@ pub fn evaluate<'a>(
     evaluate_to(receiver, emitter, occluders, DEFAULT_TOLERANCE)
 }
 
-/// Radiosity and gradient at `receiver` due to the part of `emitter` that it sees past `occluders`, with bounds.
+/// Radiosity and gradient at `receiver` due to the part of `emitter` that `occluders` leave visible, with bounds.
 ///
 /// The cheapest method whose bound is at most `tolerance` times the value (times the norm, for the gradient) answers; if none
 /// is, the last one does: the bounds say so. The last one gives the nearest doubles, so below a tolerance of 2^-53 its bound is
@@ -122,7 +122,7 @@ fn answer_occluded(case: &Case<'_>, tolerance: f64) -> Result<Answer, Error> {
     }
 }
 
-/// Radiosity alone at `receiver` due to the part of `emitter` that it sees past `occluders`, with a bound.
+/// Radiosity alone at `receiver` due to the part of `emitter` that `occluders` leave visible, with a bound.
 ///
 /// The cheapest method whose bound meets the tolerance answers; if none does, the last one: the bound says so. An absolute
 /// tolerance, in the unit of the emission, is for sums of many values: an emitter hidden but for a sliver is then bounded, and not
@@ -311,7 +311,7 @@ pub fn irradiance_vector(receiver: &Receiver, emitter: &Emitter) -> Result<DVec3
     })
 }
 
-/// The [`irradiance_vector`] of the part of `emitter` that is seen past `occluders`, with a bound.
+/// The [`irradiance_vector`] of the part of `emitter` that `occluders` leave visible, with a bound.
 ///
 /// The closed form in double precision, in double-double or with as many bits as it takes: the first whose bound is at most
 /// `tolerance` times the vector's length answers. Where none is, the last does, and its bound says so: below a tolerance of
@@ -376,7 +376,7 @@ fn on_lanes<const VALUE: bool, const GRADIENT: bool, A>(
     }
 }
 
-/// The relative error that is asked for where double precision does not serve.
+/// The relative error that is requested where double precision does not serve.
 const FALLBACK: f64 = 1e-9;
 
 /// Whether double precision served: it neither broke down, nor did so much of its terms, which are about 1, cancel that less than

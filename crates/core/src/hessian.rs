@@ -1,7 +1,7 @@
-//! Second derivatives of the radiosity with respect to x, clipped by the receiver's horizon and past occluders.
+//! Second derivatives of the radiosity with respect to x, clipped by the receiver's horizon and by occluders.
 //!
-//! The following is for constant emission; [`crate::forms::second_derivatives`] has the terms of an emission that varies. The gradient
-//! is `(rho B/pi) sum int (n1.r) (dy x r) / r^4` over the parts of the emitter's edges above the horizon
+//! The following is for constant emission; [`crate::forms::second_derivatives`] has the terms of an emission that varies. The
+//! gradient is `(rho B/pi) sum int (n1.r) (dy x r) / r^4` over the parts of the emitter's edges above the horizon
 //! ([`crate::forms::constant`]). Its derivative with respect to x at fixed y is minus that with respect to r. The end points of
 //! the parts move with x where the horizon cuts an edge, but the integrand is zero there, `n1.r = 0`: the horizon adds nothing
 //! beyond shortening the edges. In the frame of a line at distance S, `r = S (toward + along tan psi)`, `dy x r = -S N ds`, the
@@ -112,7 +112,7 @@ pub fn hessian(receiver: &Receiver, emitter: &Emitter) -> Result<DMat3, Error> {
     })
 }
 
-/// Second derivatives of the radiosity due to the part of `emitter` that is seen past `occluders`, with a bound.
+/// Second derivatives of the radiosity due to the part of `emitter` that `occluders` leave visible, with a bound.
 ///
 /// The closed form in double precision, in double-double or with as many bits as it takes: the first whose bound is at most
 /// `tolerance` times the Frobenius norm answers. Where none is, the last does, and its bound says so: below a tolerance of

@@ -55,7 +55,7 @@ impl PartialOrd for Cell {
 }
 
 impl Ord for Cell {
-    /// By error; of equal ones the place decides, so that the order is always the same.
+    /// Orders by error; of equal ones the place decides, so that the order is always the same.
     fn cmp(&self, other: &Self) -> Ordering {
         let place = |cell: &Self| (cell.low[0].to_bits(), cell.low[1].to_bits());
         self.worst.total_cmp(&other.worst).then(place(self).cmp(&place(other)))

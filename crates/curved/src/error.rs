@@ -34,7 +34,7 @@ pub enum Error {
         /// Index of the patch, from 0.
         patch: usize,
     },
-    /// The error asked for is not positive.
+    /// The requested error is not positive.
     #[error("the error is {value}: it must be above 0 and at most 1, relative to the largest radiosity")]
     Tolerance {
         /// The value given.

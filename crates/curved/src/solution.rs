@@ -21,10 +21,10 @@ const MOST_SWEEPS: usize = 2000;
 /// Change relative to the largest irradiance below which it is.
 const SOLVED: f64 = 1e-14;
 
-/// The part of the error asked for that a kernel's integral may have, per unit of the source's radiosity.
+/// The part of the requested error that a kernel's integral may have, per unit of the source's radiosity.
 const INTEGRAL_PART: f64 = 1e-3;
 
-/// The accuracy asked for, and the limits of the work.
+/// The requested accuracy, and the limits of the work.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CurvedOptions {
     /// Bound on the error of gathers over the largest radiosity, at most.
@@ -64,7 +64,7 @@ pub struct CurvedSolution {
     bases: [Basis; 2],
     blockers: Vec<usize>,
     parts: Vec<PatchPart>,
-    /// Of each part, each of its nodes, each source.
+    /// Integrals for each part, each of its nodes, each source.
     rows: Vec<Vec<Vec<Integrals>>>,
     irradiance: Vec<Vec<f64>>,
     /// Bound on `|q|` over each part.
@@ -90,7 +90,7 @@ pub struct CurvedSolution {
 /// ```
 ///
 /// # Errors
-/// If the error asked for is not in (0, 1], a Bezier patch may hide something, or a function leaves its range.
+/// If the requested error is not in (0, 1], a Bezier patch may hide something, or a function leaves its range.
 pub fn solve(scene: CurvedScene, options: &CurvedOptions) -> Result<CurvedSolution, Error> {
     if !(options.error > 0.0 && options.error <= 1.0) {
         return Err(Error::Tolerance { value: options.error });

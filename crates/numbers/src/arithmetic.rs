@@ -119,8 +119,8 @@ fn split<T: Doubles>(a: T) -> (T, T) {
     (high, a - high)
 }
 
-/// The rounding error of the product p of two numbers, without a fused multiply-add (Dekker 1971). Of a double alone a fused multiply-add would be shorter, but without the instruction it is
-/// a call of 25 ns, and the default x86-64 target has none.
+/// The rounding error of the product p of two numbers, without a fused multiply-add (Dekker 1971). Of a double alone a fused
+/// multiply-add would be shorter, but without the instruction it is a call of 25 ns, and the default x86-64 target has none.
 #[inline(always)]
 pub(crate) fn product_error<T: Doubles>(a: T, b: T, p: T) -> T {
     let (a_high, a_low) = split(a);

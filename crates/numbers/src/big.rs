@@ -1,4 +1,4 @@
-//! Numbers of as many bits as are asked for at run time: the middle of a [`crate::ball::Ball`] where double-double is not
+//! Numbers of as many bits as are requested at run time: the middle of a [`crate::ball::Ball`] where double-double is not
 //! enough.
 //!
 //! The formulas are written on scalars that copy. A [`Big`] is a place in an arena of its thread, that [`within`] opens and
@@ -71,7 +71,8 @@ pub(crate) fn with_bits<R>(bits: usize, computation: impl FnOnce() -> R) -> R {
 }
 
 /// The same within an effort: `None` where it would have taken more. From there on the computation goes on without computing
-/// anything, so that it ends soon, and its result is dropped. It is a part of the effort of its thread ([`effort`]), and ends with that.
+/// anything, so that it ends soon, and its result is dropped. It is a part of the effort of its thread ([`effort`]), and ends
+/// with that.
 pub fn within<R>(bits: usize, limit: u64, computation: impl FnOnce() -> R) -> (Option<R>, Spent) {
     let limit = limit.min(effort::remaining());
     ARENA.with_borrow_mut(|arena| {

@@ -3,8 +3,8 @@
 //!
 //! The integral `X1 = int dA/r^2` over a triangle takes three values of J per end of a segment (`forms/linear.rs` of
 //! `radgrad-core` has the derivation). J is odd and grows; with Bernoulli numbers
-//! `J(x) = sum |B_2k| 2^(2k-1) x^(2k+1) / (2k+1)!`, all terms positive, which gains a factor `(pi/x)^2` a term: at pi/2, beyond
-//! which it is not asked for but by rounding, fifty-four terms leave a relative remainder below 6e-35, and as many as it takes
+//! `J(x) = sum |B_2k| 2^(2k-1) x^(2k+1) / (2k+1)!`, all terms positive, which gains a factor `(pi/x)^2` a term: at pi/2, which
+//! arguments exceed by rounding only, fifty-four terms leave a relative remainder below 6e-35, and as many as it takes
 //! are found at run time for more digits (`crate::big`). Doubles take a polynomial of least error instead.
 
 use crate::number::Number;

@@ -1,8 +1,8 @@
 //! Effort: the cost of a computation, counted in operations and not in time, so that where it ends does not depend on the machine.
 //!
-//! An operation is about one on doubles; one on numbers of many bits counts as many times its words. A computation that may take long, for the size of its
-//! input or for the digits that it needs, pays by [`spend`] as it goes on. Past the limit of its thread it need not compute any more: it
-//! runs out quickly, and [`within`] drops its result.
+//! An operation is about one on doubles; one on numbers of many bits counts as many times its words. A computation that may take
+//! long, for the size of its input or for the digits that it needs, pays by [`spend`] as it goes on. Past the limit of its thread
+//! it need not compute any more: it runs out quickly, and [`within`] drops its result.
 
 use std::cell::Cell;
 
@@ -26,7 +26,8 @@ impl Drop for Outer {
     }
 }
 
-/// Runs a computation of at most so many operations: its result, or `None` if it would have taken more; and the operations it has taken.
+/// Runs a computation of at most so many operations: its result, or `None` if it would have taken more; and the operations it has
+/// taken.
 ///
 /// ```
 /// use radgrad_numbers::effort::{spend, within};

@@ -1,5 +1,5 @@
 //! The numbers that the middle of a [`crate::ball::Ball`] can be: a double, a double-double, or one of as many digits as
-//! are asked for (`crate::big`), each with the relative errors of its operations.
+//! are requested (`crate::big`), each with the relative errors of its operations.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 

@@ -149,7 +149,7 @@ pub(crate) fn check_tolerance(tolerance: f64) -> Result<(), Error> {
 }
 
 impl Estimate {
-    /// From scaled lengths and the frame of the region.
+    /// Converts from scaled lengths and the frame of the region.
     pub(crate) fn in_space(region: &Region, refined: Refined) -> Result<Self, Error> {
         let [value, gu, gv, gn] = refined.integral;
         let estimate = Self {

@@ -1,4 +1,4 @@
-//! Enclosures of the radiosity at a point and of its gradient: Eq. 1 of HS95 and its derivative, to the digits asked for.
+//! Enclosures of the radiosity at a point and of its gradient: Eq. 1 of HS95 and its derivative, to the requested digits.
 //!
 //! With `p = (rho/pi) / |n1|`, everything relative to the receiver and n1 of any length:
 //! - value: `B = p sum H/|N|^2 int J B (n1.r)/|r|^4 ds dt` over the fans of each triangle (`N`, `H`:
@@ -75,7 +75,7 @@ pub struct Enclosure {
     pub rounding: [f64; 2],
 }
 
-/// The digits and the arithmetic asked for.
+/// The requested digits and arithmetic.
 ///
 /// ```
 /// use radgrad_oracle::{Request, Source, enclose_source};
@@ -92,7 +92,8 @@ pub struct Enclosure {
 pub struct Request {
     /// Radiosity relative to itself, gradient relative to its norm: 15 to 200.
     pub digits: u32,
-    /// By default the fastest that offers the digits; double-double gives way to more bits where rounding keeps it from them.
+    /// The arithmetic; by default the fastest that offers the digits: double-double gives way to more bits where rounding keeps
+    /// it from them.
     pub arithmetic: Option<Arithmetic>,
     /// Evaluations of the integrands allowed.
     pub budget: u64,
@@ -215,7 +216,7 @@ impl<'a> Problem<'a> {
         Self { source, request, reflectance: receiver.reflectance(), frame, view, exponent }
     }
 
-    /// With as many bits as the digits need, more where cancellation asks for them.
+    /// Solves with as many bits as the digits need, more where cancellation takes them.
     fn solve_in_bits(&self, solve: impl Fn(usize) -> Result<Enclosure, Error>) -> Result<Enclosure, Error> {
         let digits = self.request.digits as usize;
         let mut bits = (digits * 10 / 3 + 30).div_ceil(64) * 64;

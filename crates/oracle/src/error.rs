@@ -11,9 +11,9 @@ pub enum Error {
     /// The number of digits is outside the range of an arithmetic.
     #[error("{digits} digits asked of {arithmetic} arithmetic, which offers {least} to {most}")]
     Digits {
-        /// The digits asked for.
+        /// The requested digits.
         digits: u32,
-        /// The arithmetic asked for.
+        /// The requested arithmetic.
         arithmetic: &'static str,
         /// Fewest digits it offers.
         least: u32,
@@ -27,17 +27,17 @@ pub enum Error {
         needed: u64,
         /// Evaluations allowed.
         allowed: u64,
-        /// The digits asked for.
+        /// The requested digits.
         digits: u32,
         /// The enclosure by the passes so far.
         reached: Reached,
     },
-    /// The rounding error is above the tolerance in the arithmetic asked for.
+    /// The rounding error is above the tolerance in the requested arithmetic.
     #[error("rounding in {bits} bits leaves too wide a radius for {digits} digits; {reached}")]
     Rounding {
         /// Bits of the arithmetic.
         bits: usize,
-        /// The digits asked for.
+        /// The requested digits.
         digits: u32,
         /// The enclosure reached.
         reached: Reached,

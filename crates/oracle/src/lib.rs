@@ -7,8 +7,8 @@
 //!   boundary), with an estimate of the error and a status that says whether it can be relied on;
 //! - [`monte_carlo`]: past any occluders, with intervals at a stated confidence ([`confidence`]).
 //!
-//! [`enclose`] decides, past occluders [`enclose_occluded`]: product Gauss rules with an a-priori bound, evaluated in ball arithmetic
-//! to the digits asked for, on pieces whose boundary is decided by exact signs, so that its answer is an enclosure, not an
+//! [`enclose`] decides, with occluders [`enclose_occluded`]: product Gauss rules with an a-priori bound, evaluated in ball arithmetic
+//! to the requested digits, on pieces whose boundary is decided by exact signs, so that its answer is an enclosure, not an
 //! estimate. The other two may not contradict it.
 //!
 //! [`scene`] is the same for whole scenes, with all reflections: random walks with limits that hold whatever the distribution.

@@ -98,8 +98,8 @@ const FEWEST_HITS: f64 = 50.0;
 /// Units of rounding in one sample: its point, its weight and the integrand are some forty operations without cancellation.
 const ROUNDINGS_OF_A_SAMPLE: f64 = 64.0;
 
-/// Radiosity and gradient of `emitter` at `receiver` past opaque `occluders`, with limits at the given `confidence` each. Where an occluder
-/// crosses the emitter itself the gradient lacks the term of that line.
+/// Radiosity and gradient of `emitter` at `receiver` with opaque `occluders`, with limits at the given `confidence` each. Where
+/// an occluder crosses the emitter itself the gradient lacks the term of that line.
 ///
 /// ```
 /// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver};

@@ -103,7 +103,7 @@ impl Face {
     }
 }
 
-/// A scene whose radiosity is asked for.
+/// A scene for walks that estimate its radiosity.
 #[derive(Debug)]
 pub struct Scene {
     faces: Vec<Face>,
@@ -120,7 +120,7 @@ pub struct Scene {
     series: Series,
 }
 
-/// Where the radiosity is asked for.
+/// A point of a face at which walks estimate the radiosity.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Point {
     /// Index of the face.
@@ -178,7 +178,7 @@ pub struct Truth {
     pub reflected: Known,
     /// Mean of `E` over it.
     pub emitted: f64,
-    /// `B` at the points asked for.
+    /// `B` at the requested points.
     pub points: Vec<Known>,
 }
 

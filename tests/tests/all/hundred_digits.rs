@@ -7,7 +7,7 @@ use radgrad_tests::many_digits::{ManyDigits, distance};
 
 const DIGITS: u32 = 100;
 
-/// Whether the components are within their bound of the enclosed ones, and the bound within the digits asked for.
+/// Whether the components are within their bound of the enclosed ones, and the bound within the requested digits.
 fn assert_near(digits: &[String], bound: &str, truth: &[Interval], case: &str) {
     let digits: Vec<ManyDigits> = digits.iter().map(|text| ManyDigits::new(text)).collect();
     let truth: Vec<ManyDigits> = truth.iter().map(|interval| ManyDigits::new(&interval.to_decimal().unwrap())).collect();

@@ -5,7 +5,7 @@ use radgrad_numbers::lanes::lane::Lane;
 
 use crate::ladder::answer::{Answer, Method};
 
-/// One entry of each array a receiver, or an emitter. Arrays that were not asked for are empty. Kept from one batch to the next
+/// One entry of each array a receiver, or an emitter. Arrays that were not requested are empty. Kept from one batch to the next
 /// it is not allocated again.
 ///
 /// ```
@@ -20,7 +20,7 @@ use crate::ladder::answer::{Answer, Method};
 /// let mut answers = Answers::new();
 /// Engine::new().radiosity_to(&floor, &lamp, 1e-9, &mut answers)?;
 /// assert_eq!((answers.radiosity.len(), answers.radiosity_error.len()), (2, 2));
-/// assert!(answers.gradient[0].is_empty()); // not asked for
+/// assert!(answers.gradient[0].is_empty()); // not requested
 /// # Ok::<(), radgrad_core::Error>(())
 /// ```
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -33,7 +33,7 @@ pub struct Answers<F = f64> {
     pub radiosity_error: Vec<F>,
     /// Proven bounds on the Euclidean norms of the errors of `gradient`.
     pub gradient_error: Vec<F>,
-    /// The method of each entry, where bounds were asked for: [`Method::ClosedForm`] of lanes.
+    /// The method of each entry, where bounds were requested: [`Method::ClosedForm`] of lanes.
     pub method: Vec<Method>,
     /// How the entries were answered.
     pub counts: Counts,
@@ -82,7 +82,7 @@ impl std::ops::AddAssign for Counts {
     }
 }
 
-/// Which arrays are asked for.
+/// Which arrays are requested.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Asked {
     pub(super) gradient: bool,
@@ -102,7 +102,7 @@ impl<F: Lane> Answers<F> {
         Self::default()
     }
 
-    /// One entry; a quantity that was not asked for is 0.
+    /// One entry; a quantity that was not requested is 0.
     pub(super) fn answer(&self, index: usize) -> Answer {
         let value = |array: &[F]| array.get(index).map_or(0.0, |value| value.to_double());
         let of_lanes = if value(&self.radiosity) == 0.0 { Method::Zero } else { Method::ClosedForm };

@@ -61,13 +61,13 @@ const VALUE_UNITS: f64 = 0.5 * (30.0 + 2.0 * ANGLE_ULP);
 /// Roundings of a term of the gradient, the sum's apart.
 const GRADIENT_UNITS: f64 = 76.0 + ANGLE_ULP;
 
-/// Those of the horizon's angle, at most pi.
+/// Units for the horizon's angle, at most pi.
 const CLOSING_UNITS: f64 = 0.5 * (15.0 + 2.0 * std::f64::consts::PI * ANGLE_ULP);
 
 /// Bounds on the sums `n1.Phi` and the gradient's.
 pub(super) struct LaneBound<S: Simd, F: Lane> {
     pub(super) value: Lanes<S, F>,
-    /// That on the gradient's, squared.
+    /// Square of the bound on the gradient's error.
     pub(super) gradient_square: Lanes<S, F>,
 }
 

@@ -78,7 +78,7 @@ pub(super) struct Node {
     pub(super) first: usize,
     pub(super) count: usize,
     pub(super) cluster: Cluster,
-    /// Its far field, where it was asked for and is worth it.
+    /// Its far field, where it was requested and is worth it.
     far: OnceLock<Option<Box<FarField>>>,
     /// How many nodes on the second child is; the first is the next node. None for a leaf.
     pub(super) second: Option<usize>,

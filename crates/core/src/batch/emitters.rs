@@ -36,7 +36,7 @@ use crate::problem::receiver::Receiver;
 pub struct Emitters<'a, F = f64> {
     emitters: &'a [Emitter],
     sets: Vec<Set<F>>,
-    /// Those that do not go on lanes.
+    /// Indices of the emitters that the scalar path answers.
     others: Vec<usize>,
     power: f64,
 }
@@ -46,9 +46,9 @@ pub struct Emitters<'a, F = f64> {
 struct Set<F> {
     /// Which emitters they are.
     index: Vec<usize>,
-    /// Constant ones in the precision asked for.
+    /// Constant ones in the requested precision.
     group: Option<Group<F>>,
-    /// In double precision, for linear emitters and for entries that single precision does not settle.
+    /// The emitters in double precision, for linear emission and for entries that single precision does not settle.
     double: Option<Lamps>,
 }
 

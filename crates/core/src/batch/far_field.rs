@@ -111,7 +111,8 @@ pub(super) struct FarField {
     /// Nodes of the rule each way.
     rule: usize,
     axes: [Axis; 3],
-    /// For the rule's remainder: reach of the triangles, and the order of the first term that it does not integrate.
+    /// The remainder of the rule depends on the reach of the triangles, and on the order of the first term that it does not
+    /// integrate.
     reach: f64,
     first: usize,
     /// Relative rounding error, and that of a displacement times the distance.
@@ -406,7 +407,7 @@ mod tests {
         lamps
     }
 
-    /// By the closed form in double-double.
+    /// Radiosity by the closed form in double-double.
     fn radiosity(receiver: &Receiver, lamp: &Emitter) -> f64 {
         let Some(plan) = Plan::new(receiver, lamp.polygon()) else { return 0.0 };
         let case = Case { receiver, emitter: lamp, occluders: &[], plan: &plan };

@@ -67,8 +67,8 @@ pub(super) struct AffineEmission {
 }
 
 impl AffineEmission {
-    /// With lengths times a power of two. `None` for other emissions, and where the plane or the emission over it is not known to
-    /// a few roundings: the bound counts no more.
+    /// The emission with lengths times a power of two. `None` for other emissions, and where the plane or the emission over it is
+    /// not known to a few roundings: the bound counts no more.
     pub(super) fn new(emitter: &Emitter, power: f64) -> Option<Self> {
         let (polygon, affine) = (emitter.polygon(), emitter.affine());
         let Emission::Linear(_) = emitter.emission() else { return None };

@@ -25,9 +25,9 @@ use crate::problem::receiver::Receiver;
 pub(super) struct Group<F> {
     /// Which emitters they are.
     pub(super) index: Vec<usize>,
-    /// Of each vertex in turn, in normalised lengths.
+    /// Coordinates of each vertex in turn, in normalised lengths.
     vertices: Vec<[Vec<F>; 3]>,
-    /// Of each edge in turn, one over its squared length.
+    /// One over the squared length of each edge in turn.
     inverse: Vec<Vec<F>>,
     normal: [Vec<F>; 3],
     height_share: Vec<F>,
@@ -118,7 +118,7 @@ impl<F: Lane> Group<F> {
         self.vertices.len() - 2
     }
 
-    /// Of the triangles of the fans over a range: the largest distance of a vertex from its triangle's middle, and the sum of
+    /// The largest distance of a vertex from its triangle's middle, in the fans over a range, and the sum over the triangles of
     /// `|B|/pi`, the brightness times an emission, times the product of two sides. Rounding of areas is relative to that product.
     pub(super) fn extent(&self, range: Range<usize>, emission: impl Fn(usize) -> f64) -> (f64, f64) {
         let vertex = |k: usize, i: usize| DVec3::from(self.vertices[k].each_ref().map(|array| array[i].to_double()));

@@ -35,9 +35,9 @@ impl<F: Lane> Lamp<F> {
 /// An emitter on lanes of double precision.
 #[derive(Debug, Clone)]
 enum Double {
-    /// For entries that single precision does not settle.
+    /// A constant emitter, for entries that single precision does not settle.
     Constant(Lamp<f64>),
-    /// In either precision.
+    /// A linear emitter, in either precision.
     Linear(LinearLamp),
 }
 
@@ -76,7 +76,7 @@ impl Double {
 #[derive(Debug, Clone)]
 pub(super) struct OnLanes<F> {
     lamp: Option<Lamp<F>>,
-    /// For entries that its lanes do not settle.
+    /// The lamp in double precision, for entries that its lanes do not settle.
     double: Option<Double>,
 }
 
@@ -134,7 +134,7 @@ impl<'a> Occluders<'a> {
         (!occluders.is_empty()).then(with_spheres)
     }
 
-    /// Those that spheres do not prove to hide nothing from a point.
+    /// Occluders that may hide something from a point: their spheres do not prove the contrary.
     fn near(&self, point: DVec3) -> impl Iterator<Item = &'a Polygon> {
         let near = self.occluders.iter().filter(move |(_, sphere)| !sphere.is_apart_from(&self.emitter, point));
         near.map(|(polygon, _)| *polygon)

@@ -77,7 +77,7 @@ impl<'a, F: Lane> Receivers<'a, F> {
         self.position[0].len()
     }
 
-    /// Those in a range of indices.
+    /// The receivers in a range of indices.
     pub(super) fn part(&self, range: Range<usize>) -> Self {
         let part = |slices: [&'a [F]; 3]| slices.map(|slice| &slice[range.clone()]);
         let reflectance = if self.reflectance.len() == 1 { self.reflectance } else { &self.reflectance[range.clone()] };

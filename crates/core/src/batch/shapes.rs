@@ -1,7 +1,7 @@
 //! The shapes of emitters with as many vertices each, and how bright they are, as arrays in the order of a cluster.
 //!
-//! A tree reads its emitters once into arrays and passes them on from a node to those below it, so that quantities that do not depend on a
-//! node are computed once, and a node reads memory from its start to its end.
+//! A tree reads its emitters once into arrays and passes them on from a node to those below it, so that quantities that do not
+//! depend on a node are computed once, and a node reads memory from its start to its end.
 
 use glam::DVec3;
 
@@ -33,7 +33,7 @@ pub(super) struct Facet {
 }
 
 impl Shapes {
-    /// Those of the emitters of some indices, all with as many vertices.
+    /// The shapes of the emitters of some indices, all with as many vertices.
     pub(super) fn new(emitters: &[Emitter], indices: &[usize], power: f64) -> Self {
         let corners = indices.first().map_or(0, |first| emitters[*first].polygon().vertices().len());
         let mut shapes = Self::with_room(corners, indices.len());
@@ -58,7 +58,7 @@ impl Shapes {
         }
     }
 
-    /// Those at some places, in that order.
+    /// The shapes at some places, in that order.
     pub(super) fn gather(&self, places: impl ExactSizeIterator<Item = usize>) -> Self {
         let (corners, facets) = (self.corners, self.corners - 2);
         let mut shapes = Self::with_room(corners, places.len());

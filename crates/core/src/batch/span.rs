@@ -89,7 +89,7 @@ pub(super) enum EdgePart<S: Simd, F: Lane> {
 }
 
 impl<S: Simd, F: Lane> EdgePart<S, F> {
-    /// That part of a length.
+    /// The visible part of a length.
     #[inline(always)]
     pub(super) fn clip(&self, length: Lanes<S, F>) -> Lanes<S, F> {
         match self {

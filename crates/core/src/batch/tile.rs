@@ -35,10 +35,10 @@ pub(super) struct Tolerance {
     pub(super) gradient: f64,
 }
 
-/// For double precision where no tolerance is given. Beyond, the scalar path has more digits.
+/// The tolerance of double precision where none is given. Beyond, the scalar path has more digits.
 const DOUBLE: Tolerance = Tolerance { value: 1e-6, absolute: 0.0, gradient: 1e-6 };
 
-/// For single precision where no tolerance is given. Errors are a thirtieth of the bound on the value at most, and an eightieth
+/// The tolerance of single precision where none is given. Errors are a thirtieth of the bound on the value at most, and an eightieth
 /// of that on the gradient (measured: `tests/all/batch.rs`).
 const SINGLE: Tolerance = Tolerance { value: 3e-5, absolute: 0.0, gradient: 1e-4 };
 
@@ -48,7 +48,7 @@ impl Goal {
         Self { asked: Asked { gradient, errors: false, methods: false }, tolerance: if F::IS_SINGLE { SINGLE } else { DOUBLE } }
     }
 
-    /// Of the value alone, with its bound, to an absolute tolerance.
+    /// The value alone, with its bound, to an absolute tolerance.
     pub(super) const fn absolute(tolerance: f64) -> Self {
         let tolerance = Tolerance { value: 0.0, absolute: tolerance, gradient: 0.0 };
         Self { asked: Asked { gradient: false, errors: true, methods: false }, tolerance }
@@ -59,7 +59,7 @@ impl Goal {
         if self.asked.errors { self } else { Self::plain::<f64>(self.asked.gradient) }
     }
 
-    /// With bounds, to a relative tolerance.
+    /// Value or both, with bounds, to a relative tolerance.
     pub(super) fn within(tolerance: f64, gradient: bool) -> Result<Self, Error> {
         if (0.0..=1.0).contains(&tolerance) {
             Ok(Self {
@@ -174,14 +174,14 @@ pub(super) fn run<F: Lane, C: Default + AddAssign + Send>(
 pub(super) struct Scale<S: Simd, F: Lane> {
     /// `rho B/pi`.
     value: Lanes<S, F>,
-    /// That times the power of two by which lengths were multiplied.
+    /// The factor of the gradient: that of the value times the power of two by which lengths were multiplied.
     gradient: Lanes<S, F>,
     /// Where rho is 0.
     black: Mask<S, F>,
 }
 
 impl<S: Simd, F: Lane> Scale<S, F> {
-    /// For a brightness `B/pi`, not 0.
+    /// Factors for a brightness `B/pi`, not 0.
     #[inline(always)]
     pub(super) fn new(simd: S, brightness: Lanes<S, F>, reflectance: Lanes<S, F>, power: Lanes<S, F>) -> Self {
         let value = brightness * reflectance;

@@ -64,7 +64,7 @@ pub(super) trait BoundarySums<S: Simd, F: Lane> {
     /// Adds the horizon's arc, where the boundary leaves the upper half-space at `exit` and comes back at `entry`.
     fn close(&mut self, simd: S, n1: Vec3<Lanes<S, F>>, has_left: Mask<S, F>, exit: Vec3<Lanes<S, F>>, entry: Vec3<Lanes<S, F>>);
 
-    /// The sums' value and gradient, their bounds, tight where they are asked for, and where those hold.
+    /// The sums' value and gradient, their bounds, tight where they are requested, and where those hold.
     fn total<const GRADIENT: bool>(self, simd: S, extent: &SeenExtent<S, F>) -> (BoundedTotal<S, F>, Mask<S, F>);
 }
 
@@ -78,7 +78,7 @@ pub(super) type BoundedTotal<S, F> = (Lanes<S, F>, Vec3<Lanes<S, F>>, LaneBound<
 pub(super) struct SeenExtent<S: Simd, F: Lane> {
     pub(super) edges: f64,
     pub(super) tight: bool,
-    /// Of the farthest vertex.
+    /// Square of the distance of the farthest vertex.
     pub(super) farthest_square: Lanes<S, F>,
     /// Where the horizon crosses, in any lane; and in which.
     pub(super) crossing: Option<(Crossing<S, F>, Mask<S, F>)>,
@@ -135,7 +135,7 @@ pub(super) fn find<S: Simd, F: Lane, O: Outline<S, F>, B: BoundarySums<S, F>, co
     )
 }
 
-/// The same from the first corner and the extent, with the sums over an outline that is seen whole.
+/// The same from the first corner and the extent, with the sums over an outline that is fully visible.
 #[inline(always)]
 fn decide<S: Simd, F: Lane, O: Outline<S, F>, B: BoundarySums<S, F>, const GRADIENT: bool>(
     simd: S,

@@ -28,7 +28,7 @@ impl<'a> Case<'a> {
         visibility::near_by(self.receiver, self.emitter.polygon(), self.occluders, self.plan)
     }
 
-    /// Of these, those that a rung has to look at which is dearer than [`crate::boundary::visibility::sure`].
+    /// The occluders that a rung dearer than [`crate::boundary::visibility::sure`] has to look at.
     pub(crate) fn in_between(&self) -> Vec<&'a Polygon> {
         visibility::in_between(self.receiver, self.emitter.polygon(), self.occluders, self.plan)
     }

@@ -14,7 +14,7 @@ use crate::boundary::plan::{Horizon, Plan, height_over_horizon};
 use crate::problem::polygon::Polygon;
 use crate::problem::receiver::{Receiver, unit_normal};
 
-/// Those of a polygon with five vertices need no memory of their own.
+/// The arcs of a polygon with five vertices need no memory of their own.
 type Arcs<T> = SmallVec<[Arc<T>; 6]>;
 
 /// Calls `visit` with each arc of the boundary. Those past a horizon are computed first, so that their code is compiled once.

@@ -134,7 +134,7 @@ impl<T: Real> Line<T> {
 }
 
 impl<T: Arithmetic> Line<T> {
-    /// From e, its square, w, and `|r|^2` of the point that this was taken at.
+    /// The line with direction e, given its square, w, and `|r|^2` of the point where w was taken.
     #[inline(always)]
     pub(crate) fn new(e: Vec3<T>, square: T, w: Vec3<T>, reach: T) -> Self {
         let moment = w.norm_squared().sqrt();

@@ -51,7 +51,7 @@ pub(crate) struct Plan {
 }
 
 impl Plan {
-    /// For an emitter wholly above the horizon.
+    /// The plan for an emitter wholly above the horizon.
     #[inline]
     pub(crate) const fn whole(power: f64) -> Self {
         Self { power, horizon: Horizon::Above, on_surface: false }

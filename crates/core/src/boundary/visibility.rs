@@ -1,4 +1,4 @@
-//! The boundary of the part of an emitter that the receiver sees past occluders.
+//! The boundary of the part of an emitter that occluders leave visible.
 //!
 //! Seen from x, a convex part of the emitter above the horizon is a convex cone, and so is the shadow of a convex occluder, cut
 //! off at the emitter's plane. Subtracting a shadow leaves the parts outside its side k and inside its sides before k. The
@@ -79,7 +79,7 @@ pub(crate) fn near_by<'a>(receiver: &Receiver, emitter: &Polygon, occluders: &[&
     occluders.iter().filter(may_hide).copied().collect()
 }
 
-/// Of the occluders those that may hide some of the emitter, or whose shadow is uncertain: no plane through the receiver surely has
+/// The occluders that may hide some of the emitter, or whose shadow is uncertain: no plane through the receiver surely has
 /// the emitter on its other side. No rung needs to look at the others again.
 pub(crate) fn in_between<'a>(receiver: &Receiver, emitter: &Polygon, occluders: &[&'a Polygon], plan: &Plan) -> Vec<&'a Polygon> {
     let x = receiver.position();

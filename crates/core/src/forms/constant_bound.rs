@@ -94,7 +94,7 @@ struct Moved {
 }
 
 impl Moved {
-    /// Of a point at one over a distance.
+    /// The displacement of a point at one over a distance.
     #[inline(always)]
     fn at_inverse_distance(inverse: f64) -> Self {
         Self { xi: ROUNDOFF * (4.1 + 13.9 * inverse), eta: ROUNDOFF * (3.0 + 10.4 * inverse) }
@@ -124,8 +124,8 @@ impl BoundedSum {
         edge_lanes::constant::bounded(receiver, polygon, plan).unwrap_or_else(|| Self::one_by_one(receiver, polygon, plan))
     }
 
-    /// Of a polygon whose visible part is sure; the sums where its size is more than `narrow` of the distance of its farthest
-    /// vertex.
+    /// The case of a polygon whose visible part is sure, with the sums where its size is more than `narrow` of the distance of
+    /// its farthest vertex.
     #[inline]
     pub(crate) fn where_sure(receiver: &Receiver, polygon: &Polygon, narrow: f64) -> Option<SureCase<Self>> {
         edge_lanes::constant::bounded_where_sure(receiver, polygon, narrow)
@@ -146,7 +146,7 @@ impl BoundedSum {
         (terms, bound)
     }
 
-    /// From the errors of the terms and their sums: those of the angles are twice those of the irradiance.
+    /// The bounds from the errors of the terms and their sums: those of the angles are twice those of the irradiance.
     #[inline(always)]
     pub(super) fn new(terms: &IrradianceAndGradient<f64>, angles: f64, edges: f64) -> Self {
         let products = 8.0 * ROUNDOFF;
@@ -166,7 +166,7 @@ struct ArcErrors {
     angles: f64,
     angle_errors: f64,
     edges: f64,
-    /// Of the gradient's terms along their normals, by components, and across them.
+    /// Errors of the gradient's terms along their normals, by components, and across them.
     along: Vec3<f64>,
     across: f64,
 }
@@ -268,7 +268,7 @@ impl<T: Doubles> Weighed<T> {
 }
 
 impl<T: Figure> AngleError<T> {
-    /// Of the angle g, given `min(g, 1)`; eta of an edge that may be cut.
+    /// The error of the angle g, given `min(g, 1)`; eta is that of an edge that may be cut.
     #[inline(always)]
     pub(super) fn new(g: T, least: T, ew: T, eta: Option<T>) -> Self {
         const U: f64 = ROUNDOFF;

@@ -40,7 +40,7 @@ pub(crate) static INSTRUCTION_SET: LazyLock<Level> = LazyLock::new(Level::new);
 /// An emitter whose visible part is sure in double precision, with bounds B.
 pub(crate) struct SureCase<B> {
     pub(crate) plan: Plan,
-    /// The sums and their bounds, where they were asked for and no edge needs more care.
+    /// The sums and their bounds, where they were requested and no edge needs more care.
     pub(crate) sums: Option<(IrradianceAndGradient<f64>, B)>,
 }
 
@@ -186,7 +186,7 @@ pub(crate) fn height_over_plane<S: Simd>(simd: S, receiver: &Receiver, polygon: 
     height_and_reach(simd, receiver, polygon, power).0
 }
 
-/// That height and a bound on its error.
+/// The receiver's height over the polygon's plane and a bound on its error.
 #[inline]
 pub(crate) fn certain_height(receiver: &Receiver, polygon: &Polygon, power: f64) -> (f64, f64) {
     let (height, reach) = in_library!(*INSTRUCTION_SET, simd => height_and_reach(simd, receiver, polygon, power));
@@ -196,7 +196,8 @@ pub(crate) fn certain_height(receiver: &Receiver, polygon: &Polygon, power: f64)
     )
 }
 
-/// That height, and the sum of the coordinates of the polygon's first vertex by size, as the receiver sees it.
+/// The receiver's height over the polygon's plane, and the sum of the coordinates of the polygon's first vertex by size, as the
+/// receiver sees it.
 #[inline(always)]
 fn height_and_reach<S: Simd>(simd: S, receiver: &Receiver, polygon: &Polygon, power: f64) -> (f64, f64) {
     let Vec3 { x, y, z } = polygon.precise_normal();

@@ -8,7 +8,7 @@ use crate::problem::receiver::{Receiver, albedo, unit_normal};
 /// Irradiance vector and gradient without the factor rho/pi, in normalised lengths and emission.
 pub(crate) struct IrradianceAndGradient<T> {
     pub(crate) irradiance: Vec3<T>,
-    /// Zero where it was not asked for.
+    /// Zero where it was not requested.
     pub(crate) gradient: Vec3<T>,
 }
 

@@ -1,5 +1,5 @@
-//! Bounds on the errors of the sums of a linear emitter that is seen whole or that the horizon cuts, derived, not run: four edges at a
-//! time, one a lane.
+//! Bounds on the errors of the sums of a linear emitter that is fully visible or that the horizon cuts, derived, not run: four
+//! edges at a time, one a lane.
 //!
 //! To first order in the unit roundoff u = 2^-53; [`SECOND_ORDER`] pays for the rest. There is no bound next to underflow, straight
 //! below a vertex to 1e-10, or where a normal, a gradient or a height has few digits. The same bounds the sums in double-double, in
@@ -142,8 +142,8 @@ pub(crate) struct LinearBound {
 /// Pays for terms of second order in the errors.
 const SECOND_ORDER: f64 = 1.002;
 
-/// Of the terms of an edge's weight, relative, in units of roundoff: of the first one for given p, `g + sin g` and `c + c'`, of the
-/// second one for given p, g and `c' - c`.
+/// Errors of the terms of an edge's weight, relative, in units of roundoff: of the first one for given p, `g + sin g` and `c +
+/// c'`, of the second one for given p, g and `c' - c`.
 pub const CHI_TERM: f64 = 14.0;
 /// See [`CHI_TERM`].
 pub const PSI_TERM: f64 = 6.0;
@@ -174,8 +174,8 @@ const PAST: f64 = 30.0;
 /// The same without the errors of s.
 const PAST_ROUNDED: f64 = 17.7;
 
-/// Of the derivatives of an end, for `s >= LEAST_ALONG S`: that of h, up to [`MOST_OF_HEIGHT`], counts twice in `x cot x`, which is 1 at
-/// most, and that of d over s once.
+/// Relative error of the derivatives of an end, for `s >= LEAST_ALONG S`: that of h, up to [`MOST_OF_HEIGHT`], counts twice in `x
+/// cot x`, which is 1 at most, and that of d over s once.
 const DERIVATIVE_ERROR: f64 = 1e-5;
 const LEAST_ALONG: f64 = 1e-8;
 
@@ -208,7 +208,7 @@ pub(crate) struct Errors {
     additions: f64,
     /// Twice those of `Phi.n1`, of `gB.Phi`, and X1.
     first: Vec3<f64>,
-    /// Those of the contour term along n1, of the edges, and the sum of the sizes of fluxes.
+    /// Errors of the contour term along n1 and of the edges, and the sum of the sizes of fluxes.
     second: Vec3<f64>,
 }
 
@@ -236,13 +236,13 @@ impl Errors {
         is_known.then_some(Self { unit, steepness, beta, height, additions, first: none, second: none })
     }
 
-    /// For a sum of one arc more than edges.
+    /// Counts one arc more than edges in the sums.
     pub(crate) fn add_arc(&mut self) {
         self.additions += 1.0;
     }
 
-    /// Of the first `count` lanes, of them those that are visible, where the horizon moves ends so far; unless `WIDE`, only where no edge
-    /// is seen past a quarter turn.
+    /// Adds the first `count` lanes, of them those that are visible, where the horizon moves ends so far; unless `WIDE`, only
+    /// where no edge is seen past a quarter turn.
     #[inline(always)]
     pub(crate) fn add_four<S: Simd, const WIDE: bool>(
         &mut self,
@@ -378,7 +378,7 @@ impl Errors {
         first + second + g * (beta * nearness + self.steepness) * (ew + (WEIGHT + self.additions))
     }
 
-    /// Of the horizon's segment, whose ends are that far off.
+    /// Adds the horizon's segment, whose ends have these errors.
     #[inline(always)]
     pub(crate) fn add_horizon(&mut self, sum: &LinearSum<f64>, horizon: &HorizonSegment, moved: [f64; 2]) -> Option<()> {
         let HorizonSegment { arc, frame, logarithms, contour, s, d, ends, term, quotient } = horizon;
@@ -475,8 +475,8 @@ fn derivatives<T: radgrad_numbers::arithmetic::Doubles>(
     ([by_phi, by_psi], past)
 }
 
-/// Of an end of a segment in X1, given `ln(r/h)`, s, d and S, and 1/h; and the errors of phi before its own rounding, of psi, of the
-/// logarithm, and past a right angle of the quotient's and the sums.
+/// The error of an end of a segment in X1, given `ln(r/h)`, s, d and S, and 1/h; and the errors of phi before its own rounding,
+/// of psi, of the logarithm, and past a right angle of the quotient's and the sums.
 #[inline(always)]
 fn of_x1_end<T: radgrad_numbers::arithmetic::Doubles>(
     end: &X1End<T>,

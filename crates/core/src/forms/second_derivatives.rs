@@ -1,5 +1,5 @@
 //! Second derivatives of the radiosity of a linear or polynomial emission with respect to x, clipped by the receiver's horizon and
-//! past occluders.
+//! by occluders.
 //!
 //! In the emitter's plane, p the position relative to the foot point of x, h the height of x, f the emission, `f_a` its slopes
 //! along the axes `t_a` and `F = p . grad f`. With `E[f] = int f (n1.omega) domega` and `e[f]` the sum over edges in the gradient
@@ -13,9 +13,10 @@
 //! On a generating line at distance S', r to its points, `e[f] = int f (n1.r)(dz x r)/r^4` and `dz x r = -S' N ds`. At fixed z, as
 //! in [`crate::hessian`], the symmetric part of its derivative is `sym(N w^T)/S'^2`,
 //! `w = int f (toward'.omega)^2 [n1 - 4 (n1.omega) omega] dpsi`. The point y of the emitter that is seen through z moves too:
-//! `y - x = tau r`, `tau = h/(-n2.r)`, gives `dy = (1 - tau) [dx + r (n2.dx)/(-n2.r)]`, so that f adds `(1 - tau)` of the part that the first
-//! two terms of the second row have on that edge, `sum t_a f_a + n2 F/h`: together `2 - tau` of it, and 1 on an edge of the
-//! emitter itself, where tau is 1. A part that is not symmetric sums to zero, second derivatives being symmetric, and is left out.
+//! `y - x = tau r`, `tau = h/(-n2.r)`, gives `dy = (1 - tau) [dx + r (n2.dx)/(-n2.r)]`, so that f adds `(1 - tau)` of the part
+//! that the first two terms of the second row have on that edge, `sum t_a f_a + n2 F/h`: together `2 - tau` of it, and 1 on an
+//! edge of the emitter itself, where tau is 1. A part that is not symmetric sums to zero, second derivatives being symmetric, and
+//! is left out.
 //!
 //! In the frame of the segment of the emitter's plane that the arc sees, at distance S, with `t = tan psi`, `s = S t`,
 //! `toward' = a toward + b along` and `n1 = p_1 toward + p_2 along + ..`: `toward'.omega = cos psi (a + b t)`,
@@ -48,7 +49,7 @@ pub(crate) fn symmetric_product<T: Real>(a: Vec3<T>, b: Vec3<T>) -> Symmetric<T>
 #[derive(Debug, Clone)]
 pub(crate) struct SecondDerivatives<T> {
     seen: SeenPolynomial<T>,
-    /// Of the parts within the outline; they need none where the emission is linear.
+    /// The sums over the parts within the outline; a linear emission needs none.
     within: Option<PolynomialSum<T>>,
     slopes: [Bivariate<T>; 2],
     /// F.
@@ -58,7 +59,7 @@ pub(crate) struct SecondDerivatives<T> {
 
 /// Where an arc lies, and its integrals.
 struct OnArc<T> {
-    /// Of the segment: where the line meets the normal from the foot point, and its direction, in the plane.
+    /// The point where the segment's line meets the normal from the foot point, and its direction, in the plane.
     foot: [T; 2],
     along: [T; 2],
     /// `P_kj` and `R_kj` by j.

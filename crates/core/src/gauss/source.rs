@@ -45,14 +45,14 @@ pub(super) enum Lit {
 /// The emission on a triangle `P + a (e1 + b e)`.
 #[derive(Debug, Clone)]
 pub(super) enum OnTriangle {
-    /// At the corners.
+    /// Values of an affine emission at the corners.
     Affine([f64; 3]),
     /// The polynomial, and P, e1 and e in its coordinates.
     Polynomial(Bivariate<f64>, [[f64; 2]; 3]),
 }
 
 impl Lit {
-    /// At a point a fraction of the way to `end`.
+    /// The emission at a point a fraction of the way to `end`.
     pub(super) fn towards(&self, end: &Self, fraction: f64) -> Self {
         match (self, end) {
             (Self::At(p), Self::At(q)) => Self::At([0, 1].map(|i| p[i] + (q[i] - p[i]) * fraction)),
@@ -126,7 +126,7 @@ impl<'a> Source<'a> {
         }
     }
 
-    /// At vertex `vertex` of the polygon, which is at `place`.
+    /// The emission at vertex `vertex` of the polygon, which is at `place`.
     pub(super) fn at_vertex(&self, vertex: usize, place: DVec3) -> Lit {
         match self.kind {
             Kind::Constant => Lit::Value(self.emitter.affine().value),

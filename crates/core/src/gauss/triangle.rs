@@ -1,5 +1,5 @@
 //! A triangle of the fan, `y = P + a (e1 + b e)`, a and b in [0, 1], e the side opposite P: the number of nodes for the precision that
-//! is asked for, and a bound on the truncation.
+//! is requested, and a bound on the truncation.
 //!
 //! # Symbols
 //! | symbol | meaning |
@@ -141,7 +141,7 @@ struct Reach {
 }
 
 impl Scene<'_> {
-    /// A triangle of a polygon that is seen whole, lengths of the fan being multiplied by `power`.
+    /// A triangle of a polygon that is fully visible, lengths of the fan being multiplied by `power`.
     #[inline(always)]
     pub(super) fn plain_triangle(&self, receiver: &Receiver, fan: &FanTriangle, power: f64) -> (Shape, SeenTriangle) {
         let vertices = self.source.polygon().vertices();

@@ -91,7 +91,7 @@ impl Value {
 pub struct Tolerance {
     /// Relative, in [0, 1].
     pub relative: f64,
-    /// In the unit of the emission.
+    /// The absolute tolerance, in the unit of the emission.
     pub absolute: f64,
 }
 

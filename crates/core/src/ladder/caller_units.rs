@@ -30,7 +30,7 @@ const SMALLEST: f64 = f64::from_bits(1);
 const LOWEST: f64 = -1022.0;
 
 impl CallerUnits {
-    /// Of the radiosity, or of a derivative of it: the unit of the emission over that of length to the power `order`.
+    /// The unit of the radiosity, or of a derivative of it: that of the emission over that of length to the power `order`.
     #[inline]
     pub(crate) fn of_derivative(order: i32, quantity: &'static str, plan: &Plan, emitter: &Emitter) -> Self {
         Self { exponent: order * exponent(plan.power) - exponent(emitter.power()), quantity }
@@ -179,7 +179,7 @@ fn emits_with_one_sign(emitter: &Emitter) -> bool {
     }
 }
 
-/// Of a power of two from 2^-1023 up.
+/// The exponent of a power of two from 2^-1023 up.
 #[inline]
 fn exponent(power_of_two: f64) -> i32 {
     // At most 2047.

@@ -1,10 +1,10 @@
-//! As many digits as are asked for, each proven.
+//! As many digits as are requested, each proven.
 //!
 //! The closed form is evaluated with balls of ever more bits, until the radius is small enough (Ziv's strategy). It starts with
 //! 80 bits beyond the digits asked, which pays for a cancellation of 1e20, and gives up at [`SPARE_BITS`] beyond, or before where
-//! it would cost too much or more bits do not help. A sum that cancels by symmetry is 0 within a bound that is below any rounding of its
-//! terms; no number of bits would tell it from 0. Else a screen may be seen exactly in line with the emitter's edge, or the vertices of a linear emission not
-//! be exactly in one plane.
+//! it would cost too much or more bits do not help. A sum that cancels by symmetry is 0 within a bound that is below any rounding
+//! of its terms; no number of bits would tell it from 0. Else a screen may be seen exactly in line with the emitter's edge, or
+//! the vertices of a linear emission not be exactly in one plane.
 
 use std::array::from_ref;
 use std::iter;
@@ -56,7 +56,7 @@ pub struct PreciseAnswer {
     pub bits: usize,
 }
 
-/// Most digits that can be asked for.
+/// Most digits that can be requested.
 ///
 /// ```
 /// use radgrad_core::{DVec3, Emission, Emitter, Error, MOST_DIGITS, Polygon, Receiver, evaluate_digits};
@@ -72,9 +72,9 @@ pub const MOST_DIGITS: u32 = 1000;
 /// twice that.
 const SPARE_BITS: usize = 8192;
 
-/// Radiosity and gradient at `receiver` due to the part of `emitter` that it sees past `occluders`, with a relative error of at
-/// most `10^-digits` (of the norm, for the gradient). A sum that cancels by symmetry, as odd emission over an even emitter does, has no
-/// relative error: it is 0 with a bound below `2^-600` of the terms that cancel.
+/// Radiosity and gradient at `receiver` due to the part of `emitter` that `occluders` leave visible, with a relative error of at
+/// most `10^-digits` (of the norm, for the gradient). A sum that cancels by symmetry, as odd emission over an even emitter does,
+/// has no relative error: it is 0 with a bound below `2^-600` of the terms that cancel.
 ///
 /// The truth is the exact result for the doubles as given. A triangle takes about 0.2 ms for 20 or 50 digits and 0.25 ms for 100
 /// where its emission is constant, 0.6 to 1 ms where it is linear; the first call of a thread at a new precision finds the
@@ -181,7 +181,7 @@ impl Enclosed {
         radiosity.max(relative_error(&self.gradient))
     }
 
-    /// From normalised lengths and emission to those of the caller, exactly.
+    /// Converts from normalised lengths and emission to those of the caller, exactly.
     fn in_unit(&self, case: &Case<'_>) -> Self {
         let (radiosity, gradient) = (case.radiosity_unit().magnitude(), case.gradient_unit().magnitude());
         Self { radiosity: self.radiosity.times(radiosity), gradient: self.gradient.each_ref().map(|c| c.times(gradient)) }
@@ -227,7 +227,8 @@ impl PreciseAnswer {
 }
 
 /// The doubles nearest to the components of a number, vector or matrix in the unit, and a bound on the norm of their error. A
-/// number that may be 0 is 0 where doubles have no digits for it, where its bound is infinite, or where its sign hangs on a coincidence.
+/// number that may be 0 is 0 where doubles have no digits for it, where its bound is infinite, or where its sign hangs on a
+/// coincidence.
 pub(crate) fn to_doubles<const N: usize>(normalised: &[Enclosure; N], unit: CallerUnits) -> Result<([f64; N], f64), Error> {
     let scaled = normalised.each_ref().map(|c| c.times(unit.magnitude()));
     let rounded = scaled.each_ref().map(Enclosure::to_double);

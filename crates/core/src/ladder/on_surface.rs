@@ -1,6 +1,6 @@
 //! The answer on the surface of an emitter whose vertices are not exactly in one plane ([`Plan::on_surface`]): it encloses the
-//! radiosity of receivers just in front of it and just behind. It also serves just in front, where no rung bounds as much: the forms of
-//! emissions that are not constant take the height over the plane, of which then nothing is known.
+//! radiosity of receivers just in front of it and just behind. It also serves just in front, where no rung bounds as much: the
+//! forms of emissions that are not constant take the height over the plane, of which then nothing is known.
 //!
 //! Behind all vertices B and its gradient are 0. Moved along n2 to where it is above all vertices, the receiver sees the emitter in
 //! directions with `n2.omega <= 0`, and light above its horizon, `n1.omega > 0`. With `t = |n1 - n2|`:

@@ -7,13 +7,13 @@
 //! 1. A Gauss rule on the emitter with an a-priori bound ([`crate::gauss`]), where few nodes are enough: far away.
 //! 2. The closed form in double precision with its bound: derived for a constant emitter ([`crate::forms::constant_bound`]), past
 //!    occluders too where double precision is sure of the visible part ([`crate::boundary::visibility::sure`]), and for a linear one
-//!    that is seen whole ([`crate::forms::linear_bound`]; where the horizon cuts it rung 0 alone has that), running otherwise
+//!    that is fully visible ([`crate::forms::linear_bound`]; where the horizon cuts it rung 0 alone has that), running otherwise
 //!    ([`radgrad_numbers::ball`]), where the rule may cost more before it.
 //! 3. The closed form in double-double on lanes, of a constant or linear emitter without occluders, with the bound that is derived for
 //!    double precision in another unit ([`crate::forms::edge_lanes::precise`]); where that was found before, it says whether this
 //!    will do.
 //! 4. The Gauss rule with more nodes, where that is still cheaper than the next, or than rung 3 before it:
-//! 5. the closed form in double-double with a running bound; past occluders of a constant emitter it takes the visible boundary
+//! 5. the closed form in double-double with a running bound; for a constant emitter with occluders it takes the visible boundary
 //!    from double precision, where that is sure of it;
 //! 6. the same with 256 to 8448 bits, rounded to doubles, where the crate is built with arbitrary precision, and as long as that
 //!    takes no more than some seconds; not where sizes and distances say that the answer is below the range of doubles.
@@ -215,7 +215,7 @@ impl Case<'_> {
         }
     }
 
-    /// From rung to rung up to the closed form in double-double, until something found is accepted, which is for a relative tolerance.
+    /// Climbs from rung to rung up to the closed form in double-double, until a result is accepted, for a relative tolerance.
     #[inline(always)]
     pub(super) fn climb<A, const GRADIENT: bool>(
         &self,
@@ -365,7 +365,7 @@ impl Case<'_> {
         }
     }
 
-    /// The same past occluders of a constant emitter.
+    /// The same for a constant emitter with occluders.
     fn bounded_occluded(&self) -> (Hidden, Option<Evaluated>) {
         if !matches!(self.emitter.emission(), Emission::Constant(_)) {
             return (Hidden::Unsure, None);

@@ -19,7 +19,7 @@ use crate::problem::emission::Emission;
 use crate::problem::receiver::unit_normal;
 
 impl<T: Real> IrradianceAndGradient<T> {
-    /// Sums value, gradient or both, as asked for; `None` where nothing is visible.
+    /// Sums value, gradient or both, as requested; `None` where nothing is visible.
     #[inline]
     pub(crate) fn sum<const VALUE: bool, const GRADIENT: bool>(case: &Case<'_>) -> Option<Self> {
         let Case { receiver, emitter, plan, .. } = *case;

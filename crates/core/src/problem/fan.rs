@@ -26,13 +26,13 @@ pub(crate) struct FanTriangle {
     /// Vertices, the apex first.
     pub(crate) corners: [usize; 3],
     pub(crate) shape: Shape,
-    /// From the apex to the centroid, and a bound on the distance of a corner from there: to 8u of the longest side.
+    /// Offset of the centroid from the apex, and a bound on the distance of a corner from the centroid: to 8u of the longest side.
     pub(crate) middle: Vec3<f64>,
     pub(crate) reach: f64,
 }
 
 impl Shape {
-    /// From the sides e1, `e1 + e` and e, each off by at most `side_error`, of a polygon with the normal n2.
+    /// The triangle with the sides e1, `e1 + e` and e, each with an error of at most `side_error`, of a polygon with the normal n2.
     pub(crate) fn new([first, last, side]: [Vec3<f64>; 3], lengths: [f64; 3], n2: Vec3<f64>, side_error: f64) -> Self {
         let rounding = side_error * (lengths[0] + lengths[1]) + 12.0 * ROUNDOFF * lengths[0] * lengths[1];
         Self {

@@ -25,7 +25,8 @@ pub(crate) fn convex_parts(polygon: &Polygon) -> SmallVec<[Few<usize>; 1]> {
         parts.push(SmallVec::from_slice(&corner(&remaining, ear)));
         remaining.remove(ear);
         ears.remove(ear);
-        // No other corner becomes or ceases to be an ear: the diagonals of the others are inside the remaining polygon if they were inside before.
+        // No other corner becomes or ceases to be an ear: the diagonals of the others are inside the remaining polygon if they
+        // were inside before.
         for k in [(ear + remaining.len() - 1) % remaining.len(), ear % remaining.len()] {
             ears[k] = is_ear(&points, &remaining, k);
         }

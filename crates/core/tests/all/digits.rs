@@ -350,7 +350,8 @@ fn walls_on_the_floor_of_the_receiver_have_all_digits() {
         // One that stands beside it, every other time.
         let beside = if case / 12 % 2 == 0 { None } else { polygon(&[q, r, r + up, q + up]).ok() };
         let walls: Vec<&Polygon> = std::iter::once(&wall).chain(&beside).collect();
-        // The shadow of a wall that is not flat depends on the choice of its surface where it meets the lamp's plane, or is seen edge-on.
+        // The shadow of a wall that is not flat depends on the choice of its surface where it meets the lamp's plane, or is seen
+        // edge-on.
         let height = |v: &DVec3| lamp.normal().dot(*v - lamp.vertices()[0]);
         let is_open = |wall: &&Polygon| {
             let heights = || wall.vertices().iter().map(height);

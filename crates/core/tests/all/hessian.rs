@@ -32,7 +32,7 @@ fn by_differences(x: DVec3, normal: DVec3, emitter: &Emitter, step: f64) -> DMat
     by_differences_occluded(x, normal, (emitter, &[]), step, 1e-16)
 }
 
-/// The same past occluders, of gradients to a tolerance.
+/// The same with occluders, of gradients to a tolerance.
 fn by_differences_occluded(
     x: DVec3,
     normal: DVec3,

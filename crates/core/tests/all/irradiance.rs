@@ -1,4 +1,4 @@
-//! The irradiance vector with its bound, past occluders and where digits cancel.
+//! The irradiance vector and its bound, with occluders and where digits cancel.
 
 use std::f64::consts::PI;
 

@@ -1,5 +1,5 @@
 //! Receivers on polygons whose vertices are rounded, so that they are not exactly in one plane: answers to one polygon must not
-//! depend on which of its vertices is named first by more than their bounds, whichever way they are asked for.
+//! depend on which of its vertices is named first by more than their bounds, whichever way they are requested.
 
 use radgrad_core::batch::{Answers, EmitterTree, Engine, Receivers};
 use radgrad_core::{

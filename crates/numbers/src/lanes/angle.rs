@@ -34,7 +34,7 @@ pub struct ArcTangent<F: 'static> {
 }
 
 impl ArcTangent<f64> {
-    /// Those of double precision.
+    /// Constants of double precision.
     pub const DOUBLE: Self = Self {
         polynomial: &[
             -0.333_333_333_333_332_76,
@@ -54,7 +54,7 @@ impl ArcTangent<f64> {
 }
 
 impl ArcTangent<f32> {
-    /// Those of single precision.
+    /// Constants of single precision.
     pub const SINGLE: Self = Self {
         polynomial: &[-0.333_332_57, 0.199_932_22, -0.140_966_85, 0.089_814_946],
         half_pi: [std::f32::consts::FRAC_PI_2, -4.371_139e-8],
@@ -83,7 +83,7 @@ pub struct Quotients<S: Simd, F: Lane, const N: usize> {
 }
 
 impl<S: Simd, F: Lane, const N: usize> Quotients<S, F, N> {
-    /// Those of the points (x, y).
+    /// The quotients of the points (x, y).
     #[inline(always)]
     pub fn new(simd: S, y: [Lanes<S, F>; N], x: [Lanes<S, F>; N]) -> Self {
         let zero = constant(simd, 0.0);

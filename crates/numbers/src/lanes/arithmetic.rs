@@ -13,7 +13,7 @@ use crate::lanes::lane::{Lanes, Mask};
 use crate::series::{clausen, sine};
 use crate::{arc_tangent, arithmetic, logarithm};
 
-/// By arithmetic on the bits: an integer in the last ones of 2^52 gives the double that exceeds 2^52 by it.
+/// Splits numbers by arithmetic on the bits: an integer in the last ones of 2^52 gives the double that exceeds 2^52 by it.
 #[inline(always)]
 fn exponent_and_mantissa<S: Simd, V: SimdFloat<S, Element = f64>>(simd: S, x: V) -> (V, V) {
     let bits = x.to_bits();
@@ -162,7 +162,7 @@ arithmetic_on_lanes!(f64x4<S>, fearless_simd::mask64x4<S>, std::convert::identit
 arithmetic_on_lanes!(f64x8<S>, fearless_simd::mask64x8<S>, std::convert::identity, std::convert::identity);
 arithmetic_on_lanes!(Lanes<S, f64>, Mask<S, f64>, Lanes, Mask, 0);
 
-/// Of double-doubles on a vector.
+/// Implements [`SideBySide`] for double-doubles on a vector.
 macro_rules! side_by_side {
     ($type:ty) => {
         impl<S: Simd> SideBySide for $type {

@@ -44,9 +44,9 @@ macro_rules! on_instruction_set {
 #[doc(hidden)]
 pub use on_instruction_set;
 
-/// As [`on_instruction_set`], for functions that a crate's users call. The unit tests of that crate have it for one set only, as any gives the
-/// same digits, and are not compiled for each: the sets themselves are compared where [`on_instruction_set`] is called, and by tests
-/// of the library.
+/// As [`on_instruction_set`], for functions that a crate's users call. The unit tests of that crate have it for one set only, as
+/// any gives the same digits, and are not compiled for each: the sets themselves are compared where [`on_instruction_set`] is
+/// called, and by tests of the library.
 #[macro_export]
 macro_rules! in_library {
     ($level:expr, $simd:ident => $call:expr) => {{

@@ -21,7 +21,7 @@ pub(crate) enum Piece {
 /// Rules of different degree on one piece.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Sums {
-    /// By the rule of highest degree.
+    /// The integral by the rule of highest degree.
     pub(crate) integral: Four,
     /// Estimated error of it, by the rules of lower degree: of the value, of the gradient.
     pub(crate) discrepancy: [f64; 2],

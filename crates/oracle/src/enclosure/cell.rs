@@ -101,7 +101,7 @@ struct Bilinear {
 }
 
 impl Piece {
-    /// From the middles and half-ways of the two curves that bound the segments.
+    /// The shape given by the middles and half-ways of the two curves that bound the segments.
     fn new(
         curves: [([f64; 3], [f64; 3]); 2],
         lengths: [f64; 2],
@@ -255,7 +255,7 @@ impl Shape {
         [form(h[0], [h[1], h[2], h[3]]), form(0.0, [slopes[1], slopes[2], slopes[3]]), way(0), way(1), way(2)]
     }
 
-    /// For s complex and t in `range`.
+    /// The piece for s complex and t in `range`.
     fn radial_piece(&self, s: [f64; 2], range: [f64; 2]) -> Piece {
         let middle = 0.5 * (range[0] + range[1]);
         let half = 0.5 * (range[1] - range[0]);
@@ -269,7 +269,7 @@ impl Shape {
         Piece::new(curves, lengths, self.slack(s[1], range[1]), [centre, spread], [1.0 - centre, spread], self.bilinear(largest))
     }
 
-    /// For t complex and s in `range`.
+    /// The piece for t complex and s in `range`.
     fn transverse_piece(&self, t: [f64; 2], range: [f64; 2]) -> Piece {
         let middle = 0.5 * (range[0] + range[1]);
         let half = 0.5 * (range[1] - range[0]);

@@ -112,7 +112,7 @@ impl Exact {
         Self { is_number: false, negative: false, place: 0, limbs: Limbs::Few([0; FEW], 0) }
     }
 
-    /// From limbs of which some at either end may be 0.
+    /// The number of limbs of which some at either end may be 0.
     fn trimmed(negative: bool, place: i32, limbs: Limbs) -> Self {
         let digits = limbs.get();
         let Some(start) = digits.iter().position(|limb| *limb != 0) else { return Self::zero() };

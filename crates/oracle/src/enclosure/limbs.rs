@@ -13,7 +13,7 @@ use crate::enclosure::legendre::Rules;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Limbs<const N: usize> {
     negative: bool,
-    /// Of the first number beyond; any where the limbs are 0.
+    /// Power of two above the number; any where the limbs are 0.
     exponent: i32,
     /// The lowest first.
     limbs: [u64; N],

@@ -88,7 +88,7 @@ fn monomial(y: DVec3, powers: [u32; 3]) -> f64 {
 /// A polygon and its emission.
 #[derive(Debug, Clone, Copy)]
 pub enum Source<'a> {
-    /// With the emission of core, any.
+    /// An emitter of core with any of its emissions.
     Emitter(&'a Emitter),
     /// Polynomial around the world's origin.
     Polynomial {

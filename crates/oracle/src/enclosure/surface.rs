@@ -38,7 +38,7 @@ pub(crate) struct Frame {
     pub(crate) vertices: Vec<ExactVector>,
     /// `n1.r_i`, with the normal as given but for a power of two.
     pub(crate) heights: Vec<Exact>,
-    /// That normal.
+    /// The receiver's normal.
     pub(crate) normal: ExactVector,
     /// Square of its length.
     pub(crate) normal_squared: Exact,

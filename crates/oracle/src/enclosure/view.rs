@@ -43,7 +43,7 @@ pub(crate) struct View {
 }
 
 impl View {
-    /// In free sight.
+    /// The view without occluders.
     pub(crate) fn free(frame: &Frame) -> Self {
         let piece = |(triangle, t)| Piece { triangle, outline: outline(frame, t) };
         let pieces = frame.triangles.iter().enumerate().map(piece).collect();

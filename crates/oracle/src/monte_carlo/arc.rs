@@ -16,7 +16,7 @@ pub(crate) struct Arc {
 }
 
 impl Arc {
-    /// From the ends' distances, their dot product, the length of the segment and that of the ends' cross product.
+    /// The arc given by the ends' distances, their dot product, the length of the segment and that of the ends' cross product.
     pub(crate) fn new(distances: [f64; 2], dot: f64, length: f64, cross: f64) -> Self {
         let angle = libm::atan2(cross, dot);
         let product = distances[0] * distances[1];

@@ -1,4 +1,4 @@
-//! The edges along which the seen part of an emitter ends, for the gradient past occluders.
+//! The edges along which the seen part of an emitter ends, for the gradient with occluders.
 //!
 //! The part of the gradient that comes from the motion of the visible region is an integral along the generating edges, of the
 //! emitter and of the occluders (their real edges, not their shadows), each taken with the visible region on its left: `(rho/pi)
@@ -9,8 +9,8 @@
 //! there, however close the receiver is to the plane, however narrow or far the emitter; only occluders in front of them are to be
 //! looked for. An edge of an occluder counts where it is seen against the emitter on either side, nothing hides the emitter just
 //! left of it, and its own polygon hides it just right of it. Polygons that share an edge as seen from `x` (the faces of a box)
-//! would both count it: the first in the list does. Not sampled is the line in which an occluder crosses the emitter itself: it bounds
-//! the visible part and is an edge of neither, so that gradients there lack its term, and values do not.
+//! would both count it: the first in the list does. Not sampled is the line in which an occluder crosses the emitter itself: it
+//! bounds the visible part and is an edge of neither, so that gradients there lack its term, and values do not.
 
 use glam::DVec3;
 

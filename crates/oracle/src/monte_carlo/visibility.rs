@@ -7,7 +7,7 @@
 use glam::DVec3;
 use radgrad_core::Polygon;
 
-/// Of a few sums of products, over the length of the ray.
+/// Rounding of a few sums of products, over the length of the ray.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
 /// Occluders as seen from one receiver.

@@ -23,7 +23,7 @@ pub(crate) struct Triangle {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Edge {
     pub(crate) ends: [Vertex; 2],
-    /// From the first end to the second.
+    /// Vector from the first end to the second.
     pub(crate) along: [f64; 2],
     /// `p dq - q dp`: twice the area of the triangle with the foot of the receiver.
     pub(crate) moment: f64,

@@ -1,4 +1,4 @@
-//! Intervals must contain the truth as often as they say, past occluders too, and never look converged where they are not.
+//! Intervals must contain the truth as often as they say, with occluders too, and never look converged where they are not.
 
 use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver};
 use radgrad_oracle::confidence::ConfidenceInterval;

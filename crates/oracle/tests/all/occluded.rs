@@ -1,4 +1,4 @@
-//! Enclosures past occluders: against free sight where the seen part is a polygon, against themselves by differences, against
+//! Enclosures with occluders: against free sight where the seen part is a polygon, against themselves by differences, against
 //! rays, and identities that hold for all.
 
 use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver};

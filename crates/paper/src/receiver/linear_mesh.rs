@@ -66,8 +66,8 @@ impl LinearMesh {
         &self.triangles
     }
 
-    /// The largest estimated error along an edge, by the criterion; above the allowed one only if the number of elements ran out, and infinite
-    /// if that left one longer than allowed.
+    /// The largest estimated error along an edge, by the criterion; above the allowed one only if the number of elements ran out,
+    /// and infinite if that left one longer than allowed.
     #[must_use]
     pub const fn worst(&self) -> f64 {
         self.worst

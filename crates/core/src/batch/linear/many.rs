@@ -23,7 +23,7 @@ pub(in crate::batch) struct LinearGroup {
 /// Their emissions, as long as the group's arrays.
 #[derive(Debug, Clone)]
 pub(in crate::batch) struct AffineEmissions {
-    /// At each vertex in turn.
+    /// Emission at each vertex in turn.
     at_vertices: Vec<Vec<f64>>,
     gradient: [Vec<f64>; 3],
     largest: Vec<f64>,

@@ -131,7 +131,7 @@ mod tests {
             let arc = Arc::between(start, end, Generator::Emitter(line));
             let whole = arc.weight_in_frame(&line, n1);
             assert!((arc.weight(&line, n1) - whole).abs() < 4e-16, "{from} {to}");
-            // The same line taken for an occluder's: the ends are then asked for in its frame.
+            // The same line taken for an occluder's: the ends are then needed in its frame.
             let shadow = Arc::between(start, end, Generator::Occluder(line));
             assert!((shadow.weight(&line, n1) - whole).abs() < 4e-16, "{from} {to}");
         }

@@ -51,7 +51,7 @@ use crate::problem::receiver::Receiver;
 
 /// An occluder whose shadow is uncertain.
 pub(super) struct Doubt {
-    /// From the receiver, normalised.
+    /// Vertices relative to the receiver, normalised.
     vertices: Vec<DVec3>,
     /// M and K.
     plane: (DVec3, f64),
@@ -136,7 +136,8 @@ impl Doubt {
         self.is_edge_on
     }
 
-    /// Whether all of it is surely in front of every surface of the emitter, or behind, but for vertices and edges that the two outlines share.
+    /// Whether all of it is surely in front of every surface of the emitter, or behind, but for vertices and edges that the two
+    /// outlines share.
     fn is_sure(&self, emitter: &Polygon, part: &[DVec3], plan: &Plan) -> bool {
         if self.is_edge_on {
             return false;

@@ -73,9 +73,9 @@ pub(super) struct BoundingCone {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct CircularCone {
     axis: DVec3,
-    /// From below.
+    /// Lower bound on the cosine of the half-angle.
     cos: f64,
-    /// From above.
+    /// Upper bound on the sine of the half-angle.
     sin: f64,
 }
 

@@ -127,9 +127,9 @@ impl<T: Real> Shadow<T> {
     }
 }
 
-/// The line in which the occluder meets the emitter's plane, from where it sinks below to where it rises, so that its part before that
-/// plane is on its left as the receiver sees it. Where the occluder only just dips below the plane the two points hardly tell which
-/// way that is; of two planes the normals do, with that of the occluder turned to the receiver.
+/// The line in which the occluder meets the emitter's plane, from where it sinks below to where it rises, so that its part before
+/// that plane is on its left as the receiver sees it. Where the occluder only just dips below the plane the two points hardly
+/// tell which way that is; of two planes the normals do, with that of the occluder turned to the receiver.
 fn waterline<T: Real>([sink, rise]: [Vec3<T>; 2], receiver_side: Side, emitter: &Polygon, occluder: &Polygon) -> Line<T> {
     if emitter.half_slab() > 0.0 || occluder.half_slab() > 0.0 {
         return Line::along(rise - sink, sink);

@@ -30,7 +30,7 @@
 //! hull are seen within it: whether the vertices are in one plane does not matter.
 //!
 //! The decisions hold for any scalar: [`arcs`] takes the sides from the edges that they are of, and corners from vertices or from
-//! the two sides that cross there, in the scalar that is asked for.
+//! the two sides that cross there, in the scalar that is requested.
 
 use std::cell::OnceCell;
 use std::ops::Range;
@@ -55,7 +55,7 @@ use crate::problem::triangulate::convex_parts;
 
 /// An arc, with the errors of its ends and of its plane.
 pub(crate) struct SureArc {
-    /// With every line taken for an occluder's: its ends are directions, not points of the line.
+    /// The arc, its line taken for an occluder's: its ends are directions, not points of the line.
     pub(crate) arc: Arc<f64>,
     /// delta of both ends.
     pub(crate) spreads: [f64; 2],
@@ -136,7 +136,7 @@ struct Visible<'a> {
     plan: &'a Plan,
     rays: Vec<Ray>,
     sides: Vec<SureSide>,
-    /// Those of shadows are to be turned round.
+    /// Pieces of the boundary; those of shadows are to be turned round.
     pieces: Vec<Piece>,
     emitter: Range<usize>,
 }
@@ -149,7 +149,7 @@ struct Unsure;
 pub(crate) enum Hidden {
     /// Surely not at all.
     Nothing,
-    /// In part or wholly: the arcs of the visible part were visited.
+    /// Occluders hide some of it, or all: the arcs of the visible part were visited.
     Something,
     /// Double precision is not sure.
     Unsure,

@@ -1,4 +1,4 @@
-//! The sums past occluders, over arcs whose ends are directions, with a derived bound: where [`sure`] is sure of the visible part.
+//! The sums with occluders, over arcs whose ends are directions, with a derived bound: where [`sure`] is sure of the visible part.
 //!
 //! Symbols are those of [`super`] and of [`sure`]; `delta` and `delta'` are the spreads of an arc's ends, `d` their sum, sigma and
 //! sigma' the shares along the arc's side, `l` their sum, and A and C the sums of the sizes of `a = toward.u` and of `c = n1.u` over

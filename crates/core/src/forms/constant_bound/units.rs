@@ -7,10 +7,10 @@ use radgrad_numbers::number::Number;
 pub const SECOND_ORDER: f64 = 1.001;
 /// Largest relative errors of w and of crossing points with which anything is bounded; no unit.
 pub const MOST_DISPLACED: f64 = 1e-6;
-/// Of the fraction of a cut edge in its cross product.
+/// Error of the fraction of a cut edge in its cross product.
 pub const FRACTION: f64 = 1.0;
 
-/// Of a component of w before its last rounding, of the sum of the sizes of its two products.
+/// Error of a component of w before its last rounding, over the sum of the sizes of its two products.
 pub const PRODUCTS_OF_MOMENT: f64 = 3.0;
 /// Of `|w|`, relative, beside `ew`.
 pub const MOMENT: f64 = 2.5;
@@ -18,33 +18,33 @@ pub const MOMENT: f64 = 2.5;
 pub const INVERSE_MOMENT: f64 = 3.5;
 /// Of `1/S`, likewise.
 pub const NEARNESS: f64 = 8.0;
-/// Of q, relative, beside eta.
+/// Error of q, relative, beside eta.
 pub const INVERSE_DISTANCE: f64 = 4.5;
-/// Of the product of two vectors, one rounding a component, of the product of their lengths.
+/// Error of the product of two vectors, one rounding a component, over the product of their lengths.
 pub const INLINE: f64 = 5.0;
 /// Of (inline, across) as an angle, of its sine; beside `ew`, `2 eta` and the fraction.
 pub const ANGLE: f64 = 8.0;
-/// Of the arc tangent, relative.
+/// Error of the arc tangent, relative.
 pub const ARC_TANGENT: f64 = <f64 as Number>::LIBRARY_UNITS;
-/// Of the products in `n1.(g N)`, relative.
+/// Error of the products in `n1.(g N)`, relative.
 pub const PRODUCTS: f64 = 2.0;
-/// Of c, relative to its size, beside [`INLINE`] and `2 eta`.
+/// Error of c, relative to its size, beside [`INLINE`] and `2 eta`.
 pub const COSINE: f64 = 5.5;
 /// Of `c + c'` and of `c' - c`, beside `4 eta`: of 1, and of the sum of their sizes.
 pub const COSINES: [f64; 2] = [10.0, 6.5];
-/// Of the sine, relative, beside `ew`, `2 eta` and the fraction.
+/// Error of the sine, relative, beside `ew`, `2 eta` and the fraction.
 pub const SINE: f64 = 14.0;
 /// Of `1 + cos`, relative, beside `4 eta`.
 pub const ONE_AND_COSINE: f64 = 9.0;
-/// Of the first term of a weight, relative, for given `g + sin g` and `c + c'`; beside `5 eta`.
+/// Error of the first term of a weight, relative, for given `g + sin g` and `c + c'`; beside `5 eta`.
 pub const CHI_TERM: f64 = 19.0;
-/// Of psi, relative, for a given g.
+/// Error of psi, relative, for a given g.
 pub const PSI: f64 = 3.0;
 /// Largest `psi/g` up to a quarter turn; no unit.
 pub const LARGEST_PSI: f64 = 0.091;
 /// Largest `psi'` up to a quarter turn; no unit.
 pub const SLOPE_OF_PSI: f64 = 0.11;
-/// Of the second term of a weight, of `Q g^2`, for given g and `c' - c`; beside `0.091 eta`.
+/// Error of the second term of a weight, over `Q g^2`, for given g and `c' - c`; beside `0.091 eta`.
 pub const PSI_TERM: f64 = 0.9;
-/// Of a weight's sum and its product with N, relative.
+/// Error of a weight's sum and its product with N, relative.
 pub const WEIGHT: f64 = 6.5;

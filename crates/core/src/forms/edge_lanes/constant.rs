@@ -18,7 +18,7 @@ use crate::forms::irradiance_and_gradient::IrradianceAndGradient;
 use crate::problem::polygon::Polygon;
 use crate::problem::receiver::Receiver;
 
-/// The sums for a unit emission, and bounds on their errors where they were asked for.
+/// The sums for a unit emission, and bounds on their errors where they were requested.
 type SumsAndBound = (IrradianceAndGradient<f64>, Option<BoundedSum>);
 
 /// The plan and the sums for a unit emission, where double precision is sure of all decisions.
@@ -106,7 +106,8 @@ fn cut_or_wide<S: Simd, const VALUE: bool, const GRADIENT: bool, const BOUND: bo
     )
 }
 
-/// Of a polygon that is seen whole; unless `WIDE`, only where no edge that matters passes near or is seen past a quarter turn.
+/// The sums of a polygon that is fully visible; unless `WIDE`, only where no edge that matters passes near or is seen past a
+/// quarter turn.
 #[inline(always)]
 fn whole<S: Simd, const VALUE: bool, const GRADIENT: bool, const BOUND: bool, const WIDE: bool>(
     simd: S,

@@ -37,8 +37,8 @@ pub(crate) struct Cut<S: Simd> {
 }
 
 impl<S: Simd> Cut<S> {
-    /// Of the first `count` edges, all that the polygon has; where double-double is sure of all digits of the heights of
-    /// vertices.
+    /// The cut of the first `count` edges, all that the polygon has; `None` unless double-double is sure of all digits of the
+    /// heights of vertices.
     #[inline(always)]
     pub(crate) fn new(simd: S, receiver: &Receiver, edges: &FourEdges, count: usize, power: f64) -> Option<Self> {
         let mut four =

@@ -1,5 +1,6 @@
-//! The sums of a linear emitter that is seen whole, or that the horizon cuts, four edges at a time, one a lane of a vector: the digits
-//! of the sums of [`crate::forms::linear`], where double precision is sure of all decisions ([`crate::forms::edge_lanes`]).
+//! The sums of a linear emitter that is fully visible, or that the horizon cuts, four edges at a time, one a lane of a vector:
+//! the digits of the sums of [`crate::forms::linear`], where double precision is sure of all decisions
+//! ([`crate::forms::edge_lanes`]).
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x4, f64x8, mask64x4};
@@ -41,7 +42,7 @@ pub(crate) fn sure<const GRADIENT: bool>(receiver: &Receiver, emitter: &Emitter)
     })
 }
 
-/// The sums of a polygon that is seen whole, with lengths normalised by `power`, and a bound on their errors; where all is sure
+/// The sums of a polygon that is fully visible, with lengths normalised by `power`, and a bound on their errors; where all is sure
 /// and no edge is seen past a quarter turn.
 #[inline]
 pub(crate) fn bounded(receiver: &Receiver, emitter: &Emitter, power: f64) -> Option<(IrradianceAndGradient<f64>, LinearBound)> {
@@ -69,7 +70,7 @@ pub(crate) fn bounded_in(
     })
 }
 
-/// Of a polygon that the horizon cuts. A function of its own, so that its registers do not slow the common case.
+/// The sums of a polygon that the horizon cuts. A function of its own, so that its registers do not slow the common case.
 #[inline(never)]
 fn cut<S: Simd>(
     simd: S,

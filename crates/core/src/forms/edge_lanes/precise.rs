@@ -1,4 +1,5 @@
-//! The sums of an emitter that is seen whole, or that the horizon cuts, in double-double, four edges at a time, one a lane of a vector.
+//! The sums of an emitter that is fully visible, or that the horizon cuts, in double-double, four edges at a time, one a lane of
+//! a vector.
 //!
 //! # Error
 //! The formulas and decisions are those of [`crate::forms::edge_lanes::constant`], so the derivation of
@@ -17,9 +18,9 @@
 //! | psi, given g | 3u | see below |
 //!
 //! psi is no polynomial here. Up to g = 1 it is made of a series, of V, and of 1 + cos: `psi = g p (1 + cos)/24 (1 - g^2 p/6)^2` errs
-//! by 1.4V from p and by the errors of 1 + cos and of its own operations, 100v: below 2V. Past that it is `(g - sin g)/4 (1 - cos g)` with
-//! `4 (1 - cos g) >= 1.83`: the arc tangent's error of Vg moves it by 0.86V, all else by less than 0.1V. That is at most U/16, and
-//! `0.11 dg + 0.9ug` are counted, which is above `0.9u`.
+//! by 1.4V from p and by the errors of 1 + cos and of its own operations, 100v: below 2V. Past that it is `(g - sin g)/4 (1 - cos
+//! g)` with `4 (1 - cos g) >= 1.83`: the arc tangent's error of Vg moves it by 0.86V, all else by less than 0.1V. That is at most
+//! U/16, and `0.11 dg + 0.9ug` are counted, which is above `0.9u`.
 //!
 //! So the bound of the sums of a constant emission in double precision times `U/u` ([`SHARE`]) bounds these: known before they are
 //! made. Most of it is the factor 16 and the slack of the derivation; the remaining error of an answer is the rounding to doubles.

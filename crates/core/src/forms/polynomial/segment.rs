@@ -71,7 +71,7 @@ impl<T: Real> Segment<T> {
     }
 }
 
-/// From the integrals of `s^k w(s)` along a line, `k <= degree`, those of `u^i v^j w(s)`, `i + j <= degree`:
+/// The integrals of `u^i v^j w(s)`, `i + j <= degree`, from those of `s^k w(s)` along a line, `k <= degree`:
 /// `(u, v) = foot + s along`.
 pub(in crate::forms) fn on_line<T: Real>(mut powers: Vec<T>, foot: [T; 2], along: [T; 2]) -> Bivariate<T> {
     let degree = powers.len() - 1;

@@ -39,7 +39,7 @@ pub(crate) struct InPlane {
     coordinates: Coordinates<Precise>,
     coefficients: Bivariate<Precise>,
     largest: f64,
-    /// For lengths multiplied by the power of the coordinates.
+    /// Bound on the slope, for lengths multiplied by the power of the coordinates.
     steepest: f64,
     uncertainty: f64,
 }
