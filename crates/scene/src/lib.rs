@@ -13,6 +13,7 @@ mod error;
 mod extremes;
 mod factors;
 pub mod gltf;
+mod heat;
 mod host;
 pub mod obj;
 mod occluders;
@@ -34,6 +35,7 @@ pub use factors::{
     ComputedRow, Entry, Factor, FactorBlock, FactorMatrix, FactorSettings, FieldCell, FormFactors, Narrowed, Repaired,
     SurfaceFactor, SurfaceMatrix, gauss_legendre,
 };
+pub use heat::{Boundary, HeatError, STEFAN_BOLTZMANN, SurfaceHeat, heat_balance};
 pub use host::check_host;
 pub use occluders::{Beam, Found, Occluders, contains};
 pub use place::{Place, Position};
