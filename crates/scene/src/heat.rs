@@ -341,7 +341,8 @@ impl System {
         let strongest = strongest.fold(0.0, crate::largest);
         for surface in (0..count).filter(|&surface| !self.is_given(surface)) {
             let residual = (self.given[surface] - sides[surface]).abs();
-            if !(residual <= UNSETTLED * strongest) {
+            let is_settled = residual <= UNSETTLED * strongest;
+            if !is_settled {
                 return Err(HeatError::Unsettled { surface, residual: residual / strongest });
             }
         }
