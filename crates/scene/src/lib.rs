@@ -41,7 +41,10 @@ pub use occluders::{Beam, Found, Occluders, contains};
 pub use place::{Place, Position};
 pub use reading::{Materials, Reading, read_file};
 pub use scene::split::{is_parallelogram, triangles as triangulate};
-pub use scene::{Degenerate, Face, GivenFace, Material, Modelling, Note, Overlaps, Placement, Prepared, Scene, Surface};
+pub use scene::{
+    Closedness, Degenerate, Face, GivenFace, Material, Modelling, Note, Overlaps, Part, Placement, Prepared, Scene, Seam,
+    SeamKind, Surface,
+};
 pub use texture::{Chart, Piece, Quantity, Texture, Wrap};
 pub use warning::Warning;
 pub use words::printable;
