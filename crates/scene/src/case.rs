@@ -71,7 +71,7 @@ fn is_0(value: &f64) -> bool {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a case: {\"receiver\": .., \"emitter\": ..}")]
 struct Fields {
-    #[serde(default)]
+    #[serde(default, deserialize_with = "given_id")]
     id: Option<Id>,
     receiver: ReceiverRecord,
     emitter: EmitterRecord,
@@ -90,6 +90,11 @@ struct Fields {
     _family: IgnoredAny,
     #[serde(default, rename = "comment")]
     _comment: IgnoredAny,
+}
+
+/// A name that is there is none that is null.
+fn given_id<'de, D: serde::Deserializer<'de>>(input: D) -> Result<Option<Id>, D::Error> {
+    Id::deserialize(input).map(Some)
 }
 
 impl From<Fields> for Case {

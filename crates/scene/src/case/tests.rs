@@ -187,6 +187,12 @@ fn a_bad_line_costs_no_other_and_keeps_its_place() {
 }
 
 #[test]
+fn a_line_without_id_has_its_number_as_one() {
+    let line = Line::read(7, with(r#""id":"a1","#, "").as_bytes()).unwrap().unwrap();
+    assert_eq!(line.case.id, Id::Number(7.into()));
+}
+
+#[test]
 fn an_answer_is_that_of_core_to_the_tolerance_of_the_case() {
     // Far away, where a loose tolerance is met by double precision and a tight one is not.
     let far = with("[0,0,0]", "[0,0,-1e6]");
