@@ -57,15 +57,17 @@ impl FromStr for Word {
 /// The options about certificates.
 #[derive(Debug, Args)]
 pub(crate) struct Certifying {
-    /// Certify the mean until the interval's half-width is this part of the reflected mean, or for 200 million rays: `0.5%`; certify the
-    /// `points` of --points too; `0.5%,points`; or nothing: `off`. By default the mean is, for about a third of the solve's time.
-    #[arg(long, value_name = "WIDTH|points|off", value_delimiter = ',')]
+    /// Certify the mean to `0.5%`, or `points` too, or `off`.
+    ///
+    /// A width is the interval's half-width over the reflected mean, for 200 million rays at most; `points` are those of --points;
+    /// `0.5%,points` is both. By default the mean is certified, for about a third of the solve's time.
+    #[arg(long, value_name = "WHAT", value_delimiter = ',')]
     certify: Vec<Word>,
-    /// Probability that any of the certificates fails.
-    #[arg(long, value_name = "PROBABILITY", default_value_t = 1e-6, value_parser = probability, help_heading = crate::solve::EXPERT)]
+    /// Probability that a certificate fails.
+    #[arg(long, value_name = "P", default_value_t = 1e-6, value_parser = probability, help_heading = crate::solve::EXPERT)]
     confidence: f64,
-    /// Seed of the certificates' random numbers.
-    #[arg(long, value_name = "NUMBER", default_value_t = 1, help_heading = crate::solve::EXPERT)]
+    /// Seed of the certificates.
+    #[arg(long, value_name = "N", default_value_t = 1, help_heading = crate::solve::EXPERT)]
     seed: u64,
 }
 

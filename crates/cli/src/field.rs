@@ -1,6 +1,7 @@
 //! `radgrad field`: the irradiance of a surface by the lamps alone, or by another surface, with gradient and bound.
 
 mod picture;
+pub(crate) use picture::{Canvas, colour};
 mod vtu;
 
 use std::io::Write;

@@ -18,20 +18,35 @@ pub(crate) struct SceneFile {
     /// Scene: .obj with its .mtl, .gltf, .glb, .vs3, .stl or .ply.
     #[arg(id = "scene", value_name = "SCENE")]
     pub(crate) path: PathBuf,
-    /// Leave out faces whose outline crosses itself instead of refusing the file.
+    /// Turn every face around.
+    ///
+    /// A face gives and takes light on the side from which its vertices run counter-clockwise.
+    #[arg(long, help_heading = crate::solve::EXPERT)]
+    flip: bool,
+    /// Leave out faces that cross themselves.
+    ///
+    /// Otherwise the file is refused.
     #[arg(long, help_heading = crate::solve::EXPERT)]
     drop_degenerate: bool,
-    /// By how much coordinates of the scene may be off, in its unit; 0 if they are exact. By default this is told from how they are written:
-    /// in single precision, or with how many decimals.
+    /// By how much coordinates may be off.
+    ///
+    /// In the unit of the scene; 0 if they are exact. By default this is told from how they are written: in single precision, or with how
+    /// many decimals.
     #[arg(long, value_name = "LENGTH", value_parser = length, help_heading = crate::solve::EXPERT)]
     precision: Option<f64>,
-    /// Memory that reading may take, and so may points, grids and pictures: bytes, or a number with K, M or G.
+    /// Memory to take: bytes, or as 256M.
+    ///
+    /// Reading may take it, and so may points, grids and pictures: bytes, or a number with K, M or G.
     #[arg(long, value_name = "BYTES", default_value = "256M", value_parser = bytes, help_heading = crate::solve::EXPERT)]
     pub(crate) budget: u64,
-    /// What becomes of faces that overlap in one plane and face the same way.
+    /// What becomes of faces in one plane.
+    ///
+    /// That is, of faces that overlap there and face the same way.
     #[arg(long, value_enum, value_name = "WHAT", default_value_t, help_heading = crate::solve::EXPERT)]
     overlaps: Overlapping,
-    /// Read files that the scene names also where they lie outside its folder.
+    /// Read files outside the scene's folder.
+    ///
+    /// Those that the scene names.
     #[arg(long, help_heading = crate::solve::EXPERT)]
     allow_outside: bool,
 }
@@ -63,8 +78,8 @@ impl SceneFile {
     pub(crate) fn read(&self, materials: Materials) -> Result<Scene, Error> {
         let degenerate = if self.drop_degenerate { Degenerate::Drop } else { Degenerate::Refuse };
         let (overlaps, precision) = (self.overlaps.into(), self.precision);
-        let Self { budget, allow_outside, .. } = *self;
-        let reading = Reading { degenerate, budget, allow_outside, materials, overlaps, precision };
+        let Self { budget, allow_outside, flip, .. } = *self;
+        let reading = Reading { degenerate, budget, allow_outside, materials, overlaps, precision, flip };
         let scene = Scene::read(&self.path, reading)?;
         scene.notes().iter().take(MOST_NOTES).for_each(say);
         if let Some(more @ 1..) = scene.notes().len().checked_sub(MOST_NOTES) {

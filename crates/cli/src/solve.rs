@@ -14,6 +14,8 @@ use radgrad_solver::{GradientRounds, MAX_DEGREE, Marking, Next, Options, Solutio
 
 use crate::certified::{self, Certifying};
 use crate::export::Format;
+use crate::grid::{self, Grid};
+use crate::photometry::{self, Photometry};
 use crate::points::Points;
 use crate::resume;
 use crate::say::say;
@@ -26,55 +28,88 @@ use crate::view::{self, View};
 pub(crate) struct Request {
     #[command(flatten)]
     scene: SceneFile,
-    /// Make no reflectance larger than this, in any channel.
-    #[arg(long, value_name = "SHARE", value_parser = reflectance)]
-    max_reflectance: Option<f64>,
-    /// Estimate of the error of the mean radiosity over the mean that is reflected, at most: a percentage or a fraction [default: 0.1%;
-    /// with --points refinement goes on until the estimates of their gradients' errors are within 0.3%: of all light, to 0.02% or a sixth of
-    /// --seconds, then of what the points see whose gradients are not, to 40% of --seconds]
+    /// Error of the mean over the mean that is reflected, estimated.
+    ///
+    /// A percentage or a fraction, at most 100% [default: 0.1%]. With --points of JSON Lines and no --error, refinement goes on until the
+    /// estimates of their gradients' errors are within 0.3%: of all light, to 0.02% or a sixth of --seconds, then of what the points see whose
+    /// gradients are not, to 40% of --seconds.
     #[arg(long, value_parser = fraction)]
     error: Option<f64>,
-    /// What refinement serves, and what the error is of: the mean over all area; or the points of --points and what --camera sees of the
-    /// scene, in the mean over them.
-    #[arg(long = "for", value_enum, default_value_t, help_heading = EXPERT)]
-    serve: Serve,
-    /// Degree of the polynomials on elements, 0 to 4 [default: 2; 1 from a thousand faces on; 4 where few faces face each other at about their width]
-    #[arg(long, value_parser = degree, help_heading = EXPERT)]
-    degree: Option<usize>,
-    /// Seconds in which to be done: what is refined ends then, early in the first round, and no round is begun that would probably end
-    /// later: the estimate says what was reached.
+    /// Seconds in which to be done.
+    ///
+    /// What is refined ends then, early in the first round, and no round is begun that would probably end later: the estimate says what was
+    /// reached.
     #[arg(long, default_value = "60", value_parser = seconds)]
     seconds: Duration,
     #[command(flatten)]
     certifying: Certifying,
-    /// Elements, divided ones too, beyond which none is divided any more; where faces are a thousand or more, beside these.
-    #[arg(long, default_value_t = 20_000, help_heading = EXPERT)]
-    most_elements: usize,
-    /// Divide the elements that add most to the error of gathers; or those whose polynomials are off most by values and
-    /// gradients, for few elements in files; or the same after faces were cut along shadow lines, for the fewest.
-    #[arg(long, value_enum, default_value_t, help_heading = EXPERT)]
-    divide: Divide,
-    /// Write the solution: .vtu (radiosity, gradient, estimates of their errors) or .ply (colours). After every round too, so that a
-    /// run that is interrupted leaves the last complete one.
+    /// Write the solution: .vtu for `ParaView`, .ply with colours.
+    ///
+    /// A .vtu has radiosity, gradient and estimates of their errors. It is written after every round too, so that a run that is interrupted
+    /// leaves the last complete one.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// Take up the run that wrote this file, if it is there, and keep it up to date after every round: which elements gather; what
-    /// is divided for direct light alone is found again.
-    #[arg(long, value_name = "FILE")]
-    resume: Option<PathBuf>,
-    /// Answer for the points of a JSON Lines file (`position`, `normal`), `-` for the standard input: on a face `radiosity`,
-    /// `estimate`, `gradient` within the face and `gradient_estimate`, and anywhere the same of the irradiance, as `irradiance_estimate`;
-    /// each in each channel. A point that is near no face is a sensor in free space, and so is one with `"on": "free"`.
-    #[arg(long, value_name = "FILE")]
+    /// Answer for points: JSON Lines, CSV, or six numbers a line.
+    ///
+    /// A line of JSON is {"position": [x, y, z], "normal": [x, y, z]}, one of a table is x y z nx ny nz, a header of a CSV names these columns;
+    /// `-` is the standard input. JSON Lines are answered with JSON Lines: on a face `radiosity`, `estimate`, `gradient` within the face and
+    /// `gradient_estimate`, and anywhere the same of the irradiance, as `irradiance_estimate`; each in each channel. Tables are answered with CSV,
+    /// without gradients, and with least, mean, largest and uniformity on the standard error. A point that is near no face is a sensor in
+    /// free space, and so is one with `"on": "free"`.
+    #[arg(long, value_name = "FILE", group = "places")]
     points: Option<PathBuf>,
-    /// Write the answers to --points here rather than to the standard output.
-    #[arg(long, value_name = "FILE", requires = "points")]
+    /// Answer on a work plane: `z=0.75,step=0.5`, and `margin=0.5`.
+    ///
+    /// The points are inside the footprint of the scene, as far from both walls, the normal along the axis that is named; those inside a body
+    /// are left out. Answers are CSV, with least, mean, largest and uniformity (least over mean) on the standard error.
+    #[arg(long, value_name = "PLANE", value_parser = Grid::parse, group = "places")]
+    grid: Option<Grid>,
+    /// Write the answers here: .csv, or .jsonl.
+    #[arg(long, value_name = "FILE", requires = "places")]
     answers: Option<PathBuf>,
-    /// Print one JSON object rather than a table, which is printed where nothing else is asked for: `seconds`, `elements`, `links`, `estimate`, `channels`, `surfaces`, `warnings`.
+    /// Lux and lumens too: radiances are luminances in cd/m2.
+    ///
+    /// With `--lux=179` they are in W/(m2 sr), of 179 lumens a watt. Of three channels r, g, b the weights are those of sRGB. Lumens are
+    /// right where lengths are metres.
+    #[arg(long, value_name = "LM", num_args = 0..=1, require_equals = true, default_missing_value = "1", value_parser = photometry::lumens)]
+    lux: Option<f64>,
+    /// Print one JSON object instead of a table.
+    ///
+    /// It has `seconds`, `elements`, `links`, `estimate`, `channels`, `surfaces` and `warnings`. A table is printed where nothing else is asked for.
     #[arg(long)]
     summary: bool,
     #[command(flatten)]
     view: View,
+    /// Go on from this file, and keep it up to date.
+    ///
+    /// After every round it has which elements gather; what is divided for direct light alone is found again.
+    #[arg(long, value_name = "FILE", help_heading = EXPERT)]
+    resume: Option<PathBuf>,
+    /// Make no reflectance larger than this.
+    #[arg(long, value_name = "SHARE", value_parser = reflectance, help_heading = EXPERT)]
+    max_reflectance: Option<f64>,
+    /// What refinement serves.
+    ///
+    /// And what the error is of: the mean over all area; or the points of --points and what --camera sees of the scene, in the mean over
+    /// them.
+    #[arg(long = "for", value_enum, default_value_t, help_heading = EXPERT)]
+    serve: Serve,
+    /// Degree of polynomials, 0 to 4.
+    ///
+    /// By default 2; 1 from a thousand faces on; 4 where few faces face each other at about their width.
+    #[arg(long, value_parser = degree, help_heading = EXPERT)]
+    degree: Option<usize>,
+    /// Elements beyond which none is divided.
+    ///
+    /// Divided ones count too; where faces are a thousand or more, beside these.
+    #[arg(long, value_name = "N", default_value_t = 20_000, help_heading = EXPERT)]
+    most_elements: usize,
+    /// Which elements to divide.
+    ///
+    /// Those that add most to the error of gathers; or those whose polynomials are off most by values and gradients, for few elements in
+    /// files; or the same after faces were cut along shadow lines, for the fewest.
+    #[arg(long, value_enum, default_value_t, help_heading = EXPERT)]
+    divide: Divide,
 }
 
 /// The heading of the options that few need.
@@ -117,6 +152,10 @@ impl Request {
 }
 
 impl Request {
+    const fn has_points(&self) -> bool {
+        self.points.is_some() || self.grid.is_some()
+    }
+
     /// The error that is asked for.
     fn error(&self) -> f64 {
         self.error.unwrap_or(Options::default().error)
@@ -168,6 +207,10 @@ pub(crate) enum Failure {
     View(#[from] view::Failure),
     #[error("cannot write the answers: {0}")]
     Output(#[from] io::Error),
+    #[error(transparent)]
+    Grid(#[from] grid::Failure),
+    #[error("{0}")]
+    Lux(String),
 }
 
 /// Solves and writes. Returns whether the error asked for was reached and every point answered.
@@ -182,7 +225,7 @@ pub(crate) fn run(request: &Request, mut output: impl Write) -> Result<bool, Fai
     if request.resume.is_some() && matches!(request.divide, Divide::Shadows) {
         return Err(Failure::Cut);
     }
-    request.certifying.check(request.points.is_some()).map_err(Failure::Certify)?;
+    request.certifying.check(request.has_points()).map_err(Failure::Certify)?;
     request.view.check(&request.scene)?;
     [&request.out, &request.answers, &request.resume].into_iter().flatten().try_for_each(|file| output::check(file))?;
     request.check_names()?;
@@ -198,6 +241,10 @@ pub(crate) fn run(request: &Request, mut output: impl Write) -> Result<bool, Fai
         scene.notes().iter().skip(read).for_each(say);
     }
 
+    let points = match &request.grid {
+        Some(grid) => Some(Points::of_grid(&grid.points(&scene)?)),
+        None => points,
+    };
     let served = served(request, &scene, points.as_ref())?;
     let solution = solved(request, &scene, (&served, points.as_ref()), start, out)?;
     let seconds = start.elapsed().as_secs_f64();
@@ -206,16 +253,18 @@ pub(crate) fn run(request: &Request, mut output: impl Write) -> Result<bool, Fai
     if let (Some((file, format)), Some(_)) = (out, &certificate) {
         write_whole(file, |output| format.write(&solution, &scene, certificate.as_ref(), output))?;
     }
-    request.view.write(&solution)?;
+    let photometry = request.lux.map(|lumens| Photometry::new(lumens, &solution).map_err(Failure::Lux)).transpose()?;
+    request.view.write(&solution, photometry.as_ref())?;
     let is_answered = match points {
-        Some(points) => answer(request, (&scene, &solution), &points, &mut output)?,
+        Some(points) => answer(request, (&scene, &solution), &points, photometry.clone(), &mut output)?,
         None => true,
     };
     let summary = Summary::of(&solution, &scene, certificate.as_ref(), request.error(), seconds);
+    let summary = photometry.iter().fold(summary, Summary::lit);
     if request.summary {
         serde_json::to_writer(&mut output, &summary).map_err(io::Error::from)?;
         output.write_all(b"\n")?;
-    } else if request.out.is_none() && request.points.is_none() && request.view.file().is_none() {
+    } else if request.out.is_none() && !request.has_points() && request.view.file().is_none() {
         write!(output, "{summary}")?;
     }
     let is_certified = certificate.is_none_or(|certificate| holds(request, &scene, &solution, &certificate));
@@ -254,9 +303,10 @@ fn answer(
     request: &Request,
     (scene, solution): (&Scene, &Solution),
     points: &Points,
+    photometry: Option<Photometry>,
     output: impl Write,
 ) -> Result<bool, Failure> {
-    let mut answers = points.answered(solution);
+    let mut answers = points.answered(solution, photometry);
     let mut is_certified = true;
     if request.certifying.wants_points() {
         let (places, certifying) = (answers.places(), &request.certifying);
@@ -265,9 +315,10 @@ fn answer(
         said.iter().for_each(say);
     }
     match &request.answers {
-        Some(file) => write_whole(file, |output| answers.write(output))?,
-        None => answers.write(BufWriter::new(output))?,
+        Some(file) => write_whole(file, |output| answers.write(solution.channels(), &output::extension(file), output))?,
+        None => answers.write(solution.channels(), "", BufWriter::new(output))?,
     }
+    answers.spread(solution.channels()).iter().for_each(say);
     let refused = answers.refused();
     if refused > 0 {
         say(format_args!("{refused} points refused: see their `error`"));
@@ -299,7 +350,7 @@ fn solved(
     let is_default = !request.certifying.is_off() && request.certifying.width().is_none();
     let time = if is_default { left.mul_f64(SOLVING) } else { left };
     let mut options = request.options(time);
-    let mut rounds = points.filter(|_| request.error.is_none()).map(|points| {
+    let mut rounds = points.filter(|points| request.error.is_none() && points.wants_gradients()).map(|points| {
         let points: Vec<_> = points.places().collect();
         let rounds = GradientRounds::new(&points, GRADIENT, request.error(), time);
         if request.serve == Serve::Points { rounds.of_served() } else { rounds }

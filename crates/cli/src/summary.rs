@@ -7,6 +7,8 @@ use radgrad_scene::{Modelling, Scene, printable};
 use radgrad_solver::{Solution, SurfaceRadiosity};
 use serde::Serialize;
 
+use crate::photometry::Photometry;
+
 /// The widest name that stands in the line of its numbers.
 const NAME: usize = 26;
 
@@ -62,9 +64,20 @@ struct Surface {
     mean: Vec<f64>,
     least: Vec<f64>,
     largest: Vec<f64>,
+    /// The luminous flux that leaves it, where that was asked for and lengths are metres.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    lumens: Option<f64>,
 }
 
 impl Summary {
+    /// With the luminous flux of surfaces.
+    pub(crate) fn lit(mut self, photometry: &Photometry) -> Self {
+        for surface in self.surfaces.iter_mut().filter(|surface| !surface.mean.is_empty()) {
+            surface.lumens = surface.area.map(|area| area * photometry.of(&surface.mean));
+        }
+        self
+    }
+
     pub(crate) fn of(solution: &Solution, scene: &Scene, certificate: Option<&Certificate>, error: f64, seconds: f64) -> Self {
         let progress = solution.progress();
         let estimates = solution.mean_estimate();
@@ -83,7 +96,7 @@ impl Summary {
         let surface = |(surface, of): (&radgrad_scene::Surface, SurfaceRadiosity)| {
             let SurfaceRadiosity { area, mean, least, largest, .. } = of;
             let area = Some(area).filter(|area| area.is_finite());
-            Surface { name: surface.name().to_owned(), area, mean, least, largest }
+            Surface { name: surface.name().to_owned(), area, mean, least, largest, lumens: None }
         };
         Self {
             seconds,
@@ -105,7 +118,7 @@ impl Summary {
     fn surfaces(&self, f: &mut fmt::Formatter<'_>, channel: usize) -> fmt::Result {
         let heads = ["area", "mean", "least", "largest"].map(|head| format!("{head:>11}")).join("  ");
         writeln!(f, "{:NAME$}  {heads}", format!("radiosity, {}", printable(&self.channels[channel].name)))?;
-        for Surface { name, area, mean, least, largest } in &self.surfaces {
+        for Surface { name, area, mean, least, largest, .. } in &self.surfaces {
             let name = printable(name).to_string();
             if name.chars().count() > NAME {
                 write!(f, "{name}\n{:NAME$}", "")?;
@@ -122,6 +135,17 @@ impl Summary {
         }
         writeln!(f)
     }
+
+    /// A line for each surface with its luminous flux.
+    fn lumens(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{:NAME$}  {:>11}  {:>11}", "luminous flux", "lm/m2", "lumens")?;
+        for Surface { name, area, lumens, .. } in &self.surfaces {
+            if let (Some(area), Some(lumens)) = (area, lumens) {
+                writeln!(f, "{:NAME$}  {:>11.4e}  {lumens:>11.4e}", printable(name).to_string(), lumens / area)?;
+            }
+        }
+        writeln!(f)
+    }
 }
 
 impl fmt::Display for Summary {
@@ -131,6 +155,9 @@ impl fmt::Display for Summary {
         let [estimate, error] = [*estimate, *error].map(|share| 100.0 * share);
         writeln!(f, "error of the mean: estimated {estimate:.3} %; {error:.3} % asked for\n")?;
         (0..self.channels.len()).try_for_each(|channel| self.surfaces(f, channel))?;
+        if self.surfaces.iter().any(|surface| surface.lumens.is_some()) {
+            self.lumens(f)?;
+        }
         let heads = ["reflected", "estimate"].map(|head| format!("{head:>11}")).join("  ");
         write!(f, "{:NAME$}  {heads}", "mean of all, by channel")?;
         writeln!(f, "{}", if self.confidence.is_some() { "    certified           to" } else { "" })?;

@@ -1,13 +1,15 @@
-//! `radgrad solve --view`: what a camera sees of a solution, one ray through the centre of each pixel, or the mean of more.
+//! `radgrad solve --view`: what a camera sees of a solution, the mean of rays through each pixel.
 //!
-//! A ray ends at the nearest face that it meets, of two back to back at the one that faces it; there stands the radiosity in the scene's unit, and an estimate of its error. The back of a face
-//! and pixels beside all faces are 0. An `.exr` has these numbers as they are, a channel each, and the estimates in the layer
-//! `estimate`; its attributes say quantity and unit. A `.png` has colours in the transfer curve of sRGB, by a tone curve of
-//! `L = 2^exposure B/2m` with the mean radiosity m over all channels: `L/(1 + L)` (E. Reinhard et al. 2002) or L up to 1. It says so in
-//! its text chunk `exposure`.
+//! A ray ends at the nearest face that it meets, of two back to back at the one that faces it; there stands the radiosity in the scene's unit,
+//! and an estimate of its error. The back of a face and pixels beside all faces are 0. An `.exr` has these numbers as they are, a channel
+//! each, and the estimates in the layer `estimate`; its attributes say quantity and unit. A `.png` has colours in the transfer curve of sRGB, by
+//! a tone curve ([`tone`]), or irradiance in a scale of colours ([`legend`]).
 
 mod camera;
 mod exr;
+mod legend;
+mod shared;
+mod tone;
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -16,15 +18,18 @@ use clap::{Args, ValueEnum};
 use indicatif::ProgressBar;
 use radgrad_core::{DVec3, Polygon};
 use radgrad_scene::output::{self, Unwritten, extension, write_whole};
-use radgrad_scene::{Occluders, Scene, largest, smallest};
-use radgrad_solver::{Ledger, NonNegative, Solution};
+use radgrad_scene::{Occluders, Scene, largest};
+use radgrad_solver::{NonNegative, Solution};
 use rayon::prelude::*;
 
-use crate::export::{UNIT, shade, srgb};
+use crate::export::UNIT;
 use crate::file::Picture;
-use crate::say::say;
+use crate::photometry::Photometry;
 use crate::scene::{SceneFile, progress};
 use camera::Camera;
+
+/// Rays a pixel, where they share gathers.
+const SAMPLES: usize = 16;
 
 /// Squares of pixels along a side that refinement serves one of each of.
 const SERVED: usize = 16;
@@ -32,36 +37,52 @@ const SERVED: usize = 16;
 /// A view that is asked for.
 #[derive(Debug, Args)]
 pub(crate) struct View {
-    /// Write what a camera sees: .exr (linear radiosity and the estimate of its error) or .png (tone-mapped, sRGB).
+    /// Write what a camera sees: .png, or .exr with numbers.
+    ///
+    /// An .exr has the linear radiosity and the estimate of its error, a .png shades by a tone curve in sRGB.
     #[arg(long, value_name = "FILE", requires = "camera")]
     view: Option<PathBuf>,
-    /// Eye, target, up and vertical field of view in degrees: ten numbers, with spaces or commas between.
-    #[arg(long, value_name = "\"EYE TARGET UP FOV\"", value_parser = Camera::parse, allow_hyphen_values = true)]
+    /// Eye, target, up, and field of view: ten numbers.
+    ///
+    /// In quotes, with spaces or commas between; the field of view is the vertical one, in degrees.
+    #[arg(long, value_name = "TEN", value_parser = Camera::parse, allow_hyphen_values = true)]
     camera: Option<Camera>,
-    /// Pixels of the view: width x height.
+    /// Pixels of the view, width by height.
     #[arg(long, value_name = "WxH", default_value = "512x512", value_parser = size)]
     size: [usize; 2],
-    /// Rays a pixel, spread evenly over it; the pixel is the mean of the radiosities that they meet.
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=4096), help_heading = crate::solve::EXPERT)]
-    samples: u16,
-    /// Stops by which a .png is brighter, each twice as bright; negative for darker.
+    /// Rays a pixel.
+    ///
+    /// They are spread evenly over it, and it is the mean of what they meet. By default 16, that share gathers; 1 with --gather and --draft.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=4096), help_heading = crate::solve::EXPERT)]
+    samples: Option<u16>,
+    /// Stops by which a .png is brighter.
+    ///
+    /// Each is twice as bright; negative for darker.
     #[arg(long, value_name = "STOPS", default_value_t = 0.0, value_parser = stops, allow_hyphen_values = true, help_heading = crate::solve::EXPERT)]
     exposure: f64,
     /// Tone curve of a .png.
     #[arg(long, value_enum, default_value_t, help_heading = crate::solve::EXPERT)]
     tone: Tone,
-    /// One exact gather for every ray rather than the polynomials.
+    /// Show irradiance in colours, with their scale.
+    ///
+    /// In lux with --lux, else pi times the unit of radiance; of several channels their mean.
+    #[arg(long, requires = "view")]
+    false_colour: bool,
+    /// One exact gather for every ray.
     #[arg(long, help_heading = crate::solve::EXPERT)]
     gather: bool,
+    /// The polynomials of elements: at once, with edges.
+    #[arg(long, conflicts_with = "gather", help_heading = crate::solve::EXPERT)]
+    draft: bool,
 }
 
 /// How radiosities become shades.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
 enum Tone {
-    /// L/(1 + L), which leaves nothing out.
+    /// L (1 + L/W^2)/(1 + L), which is white from W on.
     #[default]
     Reinhard,
-    /// L, cut at 1.
+    /// L, white from 1 on.
     Linear,
 }
 
@@ -80,10 +101,13 @@ pub(crate) enum Failure {
     Write(#[from] Unwritten),
 }
 
-/// A pixel: radiosity and the estimate of its error in each channel.
+/// A pixel: radiosity, the estimate of its error and irradiance in each channel, and which part of it is of lamps.
+#[derive(Debug, Clone)]
 struct Pixel {
     radiosity: Vec<f64>,
     estimate: Vec<f64>,
+    irradiance: Vec<f64>,
+    light: f64,
 }
 
 impl View {
@@ -94,7 +118,7 @@ impl View {
             return Err(Failure::Format { file: file.clone() });
         }
         // Values and estimates of three channels, and where they are.
-        scene.afford("a picture of so many pixels", &self.size, 2 * size_of::<Pixel>() + 6 * size_of::<f64>())?;
+        scene.afford("a picture of so many pixels", &self.size, 2 * size_of::<Pixel>() + 9 * size_of::<f64>())?;
         Ok(output::check(file)?)
     }
 
@@ -106,7 +130,7 @@ impl View {
         let squares = (0..SERVED * SERVED).map(|index| [index % SERVED, index / SERVED]);
         let met = |square: [usize; 2]| {
             let pixel = [0, 1].map(|k| square[k] * self.size[k] / SERVED + self.size[k] / (2 * SERVED));
-            let (face, point) = index.first_along(camera.eye, camera.direction(pixel, offset(0), self.size), &[])?;
+            let (face, point) = index.first_along(camera.eye, camera.direction(pixel, offset(0, 1), self.size), &[])?;
             Some((point, polygons[face].normal()))
         };
         squares.filter_map(met).collect()
@@ -117,33 +141,17 @@ impl View {
     }
 
     /// Draws the view, if one is asked for.
-    pub(crate) fn write(&self, solution: &Solution) -> Result<(), Failure> {
-        if self.view.is_some() { self.picture(solution).map(|_| ()) } else { Ok(()) }
+    pub(crate) fn write(&self, solution: &Solution, photometry: Option<&Photometry>) -> Result<(), Failure> {
+        if self.view.is_some() { self.drawn(solution, photometry).map(|_| ()) } else { Ok(()) }
     }
 
     /// Draws the view, and writes it where a file is named.
     pub(crate) fn picture(&self, solution: &Solution) -> Result<Picture, Failure> {
-        let camera = self.camera.as_ref().ok_or(Failure::Camera)?;
-        // What is gathered needs nothing that is drawn.
-        let drawn = (!self.gather).then(|| solution.not_negative());
-        let [width, height] = self.size;
-        let (eye, samples) = (solution.placement().inward(camera.eye), usize::from(self.samples));
-        let index = Occluders::new(solution.mesh().polygons());
-        let bar = if self.gather { progress(width * height) } else { ProgressBar::hidden() };
-        let pixel = |place: usize| {
-            let met = |sample: usize| {
-                let direction = camera.direction([place % width, place / width], offset(sample), self.size);
-                pixel(solution, drawn.as_ref(), &index, [eye, direction])
-            };
-            let mut sum = met(0)?;
-            for sample in 1..samples {
-                sum.add(&met(sample)?);
-            }
-            bar.inc(1);
-            Ok(sum.over(samples))
-        };
-        let pixels = (0..width * height).into_par_iter().map(pixel).collect::<Result<Vec<Pixel>, radgrad_solver::Error>>()?;
-        bar.finish_and_clear();
+        self.drawn(solution, None)
+    }
+
+    fn drawn(&self, solution: &Solution, photometry: Option<&Photometry>) -> Result<Picture, Failure> {
+        let pixels = self.pixels(solution)?;
         let mut numbers = pixels.iter().flat_map(|pixel| pixel.radiosity.iter().chain(&pixel.estimate));
         if let Some(&value) = numbers.find(|number| !number.is_finite()) {
             return Err(radgrad_scene::Error::NotFinite { what: "a pixel".to_owned(), value }.into());
@@ -151,12 +159,40 @@ impl View {
         if let Some(file) = &self.view {
             match extension(file).as_str() {
                 "exr" => write_whole(file, |out| self.exr(solution, &pixels, out))?,
-                "png" => self.png(file, solution, &pixels)?,
+                "png" if self.false_colour => legend::write(file, self.size, &pixels, photometry)?,
+                "png" => tone::write(file, self.size, &pixels, (self.tone, self.exposure))?,
                 _ => return Err(Failure::Format { file: file.clone() }),
             }
         }
         let all = |of: fn(&Pixel) -> &Vec<f64>| pixels.iter().flat_map(|pixel| of(pixel).iter().copied()).collect();
         Ok(Picture { size: self.size, radiosity: all(|pixel| &pixel.radiosity), estimate: all(|pixel| &pixel.estimate) })
+    }
+
+    fn pixels(&self, solution: &Solution) -> Result<Vec<Pixel>, Failure> {
+        let camera = self.camera.as_ref().ok_or(Failure::Camera)?;
+        let [width, height] = self.size;
+        let index = Occluders::new(solution.mesh().polygons());
+        let bar = if self.draft { ProgressBar::hidden() } else { progress(width * height) };
+        let samples = self.samples.map_or(if self.gather || self.draft { 1 } else { SAMPLES }, usize::from);
+        let pixels = if self.gather || self.draft {
+            let eye = solution.placement().inward(camera.eye);
+            let drawn = self.draft.then(|| solution.not_negative());
+            let pixel = |place: usize| {
+                let mut sum = Pixel::dark(solution.channels().len());
+                for sample in 0..samples {
+                    let direction = camera.direction([place % width, place / width], offset(sample, samples), self.size);
+                    sum.add(&pixel(solution, drawn.as_ref(), &index, [eye, direction])?, 1.0 / samples as f64);
+                }
+                bar.inc(1);
+                Ok(sum)
+            };
+            (0..width * height).into_par_iter().map(pixel).collect::<Result<Vec<Pixel>, radgrad_solver::Error>>()?
+        } else {
+            let scene = shared::Scene { solution, camera, size: self.size, samples, index: &index };
+            shared::draw(&scene, |count| bar.inc(count as u64))?
+        };
+        bar.finish_and_clear();
+        Ok(pixels)
     }
 
     fn exr(&self, solution: &Solution, pixels: &[Pixel], out: &mut dyn Write) -> io::Result<()> {
@@ -167,48 +203,14 @@ impl View {
             channels.push((format!("estimate.{name}"), plane(&|pixel| pixel.estimate[index])));
             channels.push((name, plane(&|pixel| pixel.radiosity[index])));
         }
-        let how = if self.gather {
-            "exact gathers"
-        } else {
-            "polynomials on elements, drawn toward their means where they would be negative"
+        let how = match (self.gather, self.draft) {
+            (true, _) => "exact gathers",
+            (_, true) => "polynomials on elements, drawn toward their means where they would be negative",
+            _ => "exact gathers, interpolated where the estimate says so",
         };
         let said =
             [("quantity", "radiosity"), ("unit", UNIT), ("shading", how), ("estimate", "of the error, in the layer estimate")];
         exr::write(out, self.size, channels, &said)
-    }
-
-    fn png(&self, file: &Path, solution: &Solution, pixels: &[Pixel]) -> Result<(), Unwritten> {
-        let channels = solution.channels().len();
-        let middle = 2.0 * solution.mean().iter().sum::<f64>() / channels as f64;
-        let middle = middle / self.exposure.exp2();
-        let shown = |pixel: &Pixel, c: usize| pixel.radiosity[if channels < 3 { 0 } else { c }];
-        let colour = |pixel: &Pixel, c: usize| match self.tone {
-            Tone::Reinhard => srgb(shade(shown(pixel, c), middle)),
-            Tone::Linear => srgb(smallest(largest(shown(pixel, c), 0.0) / middle, 1.0)),
-        };
-        let data: Vec<u8> = pixels.iter().flat_map(|pixel| [0, 1, 2].map(|c| colour(pixel, c))).collect();
-        let stops = self.exposure;
-        let exposure = match self.tone {
-            Tone::Reinhard => format!("tone curve reinhard, exposure {stops}: sRGB of B/(B + {middle:e})"),
-            Tone::Linear => {
-                let is_cut = |pixel: &&Pixel| (0..3).any(|c| shown(pixel, c) > middle);
-                let cut = 100.0 * pixels.iter().filter(is_cut).count() as f64 / pixels.len() as f64;
-                format!("tone curve linear, exposure {stops}: sRGB of B/{middle:e}, cut at 1 in {cut:.2} % of the pixels")
-            }
-        };
-        write_whole(file, |out| {
-            let side = |length: usize| u32::try_from(length).map_err(|_| io::Error::other("more pixels a side than a PNG has"));
-            let mut encoder = png::Encoder::new(out, side(self.size[0])?, side(self.size[1])?);
-            encoder.set_color(png::ColorType::Rgb);
-            encoder.set_depth(png::BitDepth::Eight);
-            encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
-            encoder.add_text_chunk("exposure".to_owned(), exposure.clone())?;
-            let mut writer = encoder.write_header()?;
-            writer.write_image_data(&data)?;
-            writer.finish()
-        })?;
-        say(format_args!("{}: {exposure}", file.display()));
-        Ok(())
     }
 }
 
@@ -220,39 +222,55 @@ fn pixel(
     [eye, direction]: [DVec3; 2],
 ) -> Result<Pixel, radgrad_solver::Error> {
     let channels = solution.channels().len();
-    let dark = Pixel { radiosity: vec![0.0; channels], estimate: vec![0.0; channels] };
-    let Some((face, point)) = index.first_along(eye, direction, &[]) else { return Ok(dark) };
+    let Some((face, point)) = index.first_along(eye, direction, &[]) else { return Ok(Pixel::dark(channels)) };
     let is_front = solution.mesh().polygons()[face].normal().dot(direction) < 0.0;
-    let Some(leaf) = solution.mesh().leaf_at(face, point).filter(|_| is_front) else { return Ok(dark) };
-    let Some(drawn) = drawn else {
-        let gathered = solution.gather_on(leaf, point)?;
-        let estimate = gathered.estimate.iter().map(Ledger::total).collect();
-        return Ok(Pixel { radiosity: gathered.radiosity, estimate });
-    };
+    let Some(leaf) = solution.mesh().leaf_at(face, point).filter(|_| is_front) else { return Ok(Pixel::dark(channels)) };
+    let Some(drawn) = drawn else { return shared::gathered(solution, leaf, point) };
     let at = solution.mesh().elements()[leaf].reference(point);
     let polynomial = |channel| solution.value_on(leaf, channel, at);
     let value = |channel| largest(drawn.value_on(leaf, channel, at), solution.least_on(leaf, channel));
     // What is drawn differs from the polynomial, and that counts beside the polynomial's estimate.
     let estimates = solution.estimate_on(leaf);
     let estimate = |channel: usize| estimates[channel].total() + (value(channel) - polynomial(channel)).abs();
-    Ok(Pixel { radiosity: (0..channels).map(value).collect(), estimate: (0..channels).map(estimate).collect() })
+    let basis = solution.mesh().basis(leaf).values(at);
+    let irradiance = |channel: usize| solution.irradiance_on(leaf, channel).iter().zip(&basis).map(|(c, v)| c * v).sum();
+    let pixel = Pixel {
+        radiosity: (0..channels).map(value).collect(),
+        estimate: (0..channels).map(estimate).collect(),
+        irradiance: (0..channels).map(irradiance).collect(),
+        light: 0.0,
+    };
+    Ok(pixel.of(solution, leaf))
 }
 
 impl Pixel {
-    fn add(&mut self, other: &Self) {
-        let add = |sums: &mut [f64], more: &[f64]| sums.iter_mut().zip(more).for_each(|(sum, more)| *sum += more);
-        add(&mut self.radiosity, &other.radiosity);
-        add(&mut self.estimate, &other.estimate);
+    fn dark(channels: usize) -> Self {
+        let zeros = || vec![0.0; channels];
+        Self { radiosity: zeros(), estimate: zeros(), irradiance: zeros(), light: 0.0 }
     }
 
-    fn over(mut self, samples: usize) -> Self {
-        self.radiosity.iter_mut().chain(&mut self.estimate).for_each(|sum| *sum /= samples as f64);
+    /// With whether its face is a lamp.
+    fn of(mut self, solution: &Solution, leaf: usize) -> Self {
+        self.light = if (0..self.radiosity.len()).any(|channel| solution.least_on(leaf, channel) > 0.0) { 1.0 } else { 0.0 };
         self
+    }
+
+    fn add(&mut self, other: &Self, weight: f64) {
+        let add = |sums: &mut [f64], more: &[f64]| sums.iter_mut().zip(more).for_each(|(sum, more)| *sum += weight * more);
+        add(&mut self.radiosity, &other.radiosity);
+        add(&mut self.estimate, &other.estimate);
+        add(&mut self.irradiance, &other.irradiance);
+        self.light += weight * other.light;
     }
 }
 
-/// Where a ray goes through a pixel, from its upper left corner: the centre first, then evenly (M. Roberts 2018, in two dimensions).
-fn offset(sample: usize) -> [f64; 2] {
+/// Where one of so many rays goes through a pixel, from its upper left corner: on a grid if they are a square of a number, else evenly
+/// (M. Roberts 2018, in two dimensions).
+fn offset(sample: usize, samples: usize) -> [f64; 2] {
+    let side = samples.isqrt();
+    if side * side == samples {
+        return [sample % side, sample / side].map(|place| (place as f64 + 0.5) / side as f64);
+    }
     [0.754_877_666_246_692_8, 0.569_840_290_998_053_3].map(|by| (0.5 + sample as f64 * by).fract())
 }
 

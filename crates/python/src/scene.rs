@@ -66,7 +66,7 @@ impl SceneCore {
         let precision = precision.map(length).transpose()?;
         let materials = if need_materials { Materials::Required } else { Materials::Optional };
         let degenerate = degenerate(drop_degenerate);
-        let reading = Reading { degenerate, budget, allow_outside, materials, overlaps, precision };
+        let reading = Reading { degenerate, budget, allow_outside, materials, overlaps, precision, flip: false };
         py.detach(|| Scene::read(file, reading)).map(Self::of).map_err(refused)
     }
 

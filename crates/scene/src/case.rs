@@ -5,7 +5,7 @@
 //!  "emitter":{"vertices":[[0,0,1],[0.5,0.8,1],[1,0,1]],"emission":{"constant":2.0}},"occluders":[],"tolerance":1e-12}
 //! ```
 //!
-//! (here on two lines to be read by people). `normal` may have any length; `reflectance` is 1, `occluders` none and the
+//! (here on two lines to be read by people). `normal` may have any length; `id` is the number of the line, `reflectance` 1, `occluders` none and the
 //! relative `tolerance` 1e-12 unless given. `"digits": 50` asks for decimal digits, `"hessian": true` for second derivatives too:
 //! they are no part of the [`Case`] but of the [`Line`]. `"precision"` is the length by which each coordinate of a vertex may be off, of
 //! emitter and occluders alike: 0 unless given ([`Polygon::from_rounded`]). `truth`, `family` and `comment` may stand beside them and are passed over; any other field
@@ -69,9 +69,10 @@ fn is_0(value: &f64) -> bool {
 
 /// All that may stand in a line.
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields, expecting = "a case: {\"id\": .., \"receiver\": .., \"emitter\": ..}")]
+#[serde(deny_unknown_fields, expecting = "a case: {\"receiver\": .., \"emitter\": ..}")]
 struct Fields {
-    id: Id,
+    #[serde(default, deserialize_with = "given_id")]
+    id: Option<Id>,
     receiver: ReceiverRecord,
     emitter: EmitterRecord,
     #[serde(default, deserialize_with = "point::lists")]
@@ -91,8 +92,14 @@ struct Fields {
     _comment: IgnoredAny,
 }
 
+/// A name that is there is none that is null.
+fn given_id<'de, D: serde::Deserializer<'de>>(input: D) -> Result<Option<Id>, D::Error> {
+    Id::deserialize(input).map(Some)
+}
+
 impl From<Fields> for Case {
     fn from(Fields { id, receiver, emitter, occluders, tolerance, precision, .. }: Fields) -> Self {
+        let id = id.unwrap_or_else(|| Id::Number(1.into()));
         Self { id, receiver, emitter, occluders, tolerance, precision }
     }
 }
@@ -232,7 +239,8 @@ impl Line {
             return None;
         }
         let fields = serde_json::from_slice::<Fields>(text);
-        let line = fields.map(|fields| {
+        let line = fields.map(|mut fields| {
+            fields.id.get_or_insert_with(|| Id::Number(number.into()));
             let wanted = Wanted { digits: fields.digits, hessian: fields.hessian };
             Self { number, case: fields.into(), wanted }
         });

@@ -13,6 +13,7 @@ mod error;
 mod extremes;
 mod factors;
 pub mod gltf;
+mod heat;
 mod host;
 pub mod obj;
 mod occluders;
@@ -34,12 +35,16 @@ pub use factors::{
     ComputedRow, Entry, Factor, FactorBlock, FactorMatrix, FactorSettings, FieldCell, FormFactors, Narrowed, Repaired,
     SurfaceFactor, SurfaceMatrix, gauss_legendre,
 };
+pub use heat::{Boundary, HeatError, STEFAN_BOLTZMANN, SurfaceHeat, heat_balance};
 pub use host::check_host;
 pub use occluders::{Beam, Found, Occluders, contains};
 pub use place::{Place, Position};
 pub use reading::{Materials, Reading, read_file};
 pub use scene::split::{is_parallelogram, triangles as triangulate};
-pub use scene::{Degenerate, Face, GivenFace, Material, Modelling, Note, Overlaps, Placement, Prepared, Scene, Surface};
+pub use scene::{
+    Closedness, Degenerate, Face, GivenFace, Material, Modelling, Note, Overlaps, Part, Placement, Prepared, Scene, Seam,
+    SeamKind, Surface,
+};
 pub use texture::{Chart, Piece, Quantity, Texture, Wrap};
 pub use warning::Warning;
 pub use words::printable;

@@ -37,6 +37,8 @@ pub struct Reading {
     pub precision: Option<f64>,
     /// How faces that overlap in one plane are resolved.
     pub overlaps: Overlaps,
+    /// Whether every face is turned around, so that it gives and takes light on its other side.
+    pub flip: bool,
 }
 
 /// Whether the values of the materials are needed. Form factors depend on shapes alone.
@@ -66,6 +68,7 @@ impl Default for Reading {
             materials: Materials::default(),
             precision: None,
             overlaps: Overlaps::default(),
+            flip: false,
         }
     }
 }

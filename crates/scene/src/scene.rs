@@ -18,6 +18,7 @@ mod note;
 pub(crate) mod overlaps;
 mod precision;
 mod prepared;
+mod seams;
 pub(crate) mod split;
 mod vertices;
 
@@ -41,6 +42,7 @@ pub use note::Note;
 pub use overlaps::Overlaps;
 pub(crate) use precision::{Digits, Written, WrittenPrecision, seems_single};
 pub use prepared::{Placement, Prepared};
+pub use seams::{Closedness, Part, Seam, SeamKind};
 pub(crate) use split::triangles;
 pub(crate) use vertices::{Coordinates, Vertices};
 

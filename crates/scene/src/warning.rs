@@ -50,7 +50,7 @@ impl fmt::Display for Warning {
             Self::InsideOut => write!(
                 f,
                 "no face has another before it: the scene seems to be turned inside out. A face gives and takes light on the side from \
-                 which it is counter-clockwise"
+                 which it is counter-clockwise: turn all faces around with --flip (`Reading::flip`)"
             ),
             Self::LightsNothing { surfaces } => {
                 write!(

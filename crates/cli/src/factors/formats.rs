@@ -84,15 +84,27 @@ fn beside(file: &Path) -> PathBuf {
     file.with_file_name(name)
 }
 
-/// A line a factor, faces numbered from 0 in the order of the file; what is open is the factor to a face `open`, which has no number: 1 less
+/// A line a factor, and the area of the first face; faces are numbered from 0 in the order of the file; what is open is the factor to a face `open`, which has no number: 1 less
 /// the sum of the row, below 0 where errors make the row more than 1.
 fn csv(out: impl Write, scene: &Scene, matrix: &FactorMatrix, Table { first, open }: Table) -> Result<(), csv::Error> {
     let mut table = csv::Writer::from_writer(out);
     if first {
-        table.write_record(["from", "from_surface", "to", "to_surface", "factor", "lower", "upper", "error", "occluders"])?;
+        table.write_record([
+            "from",
+            "from_surface",
+            "to",
+            "to_surface",
+            "factor",
+            "lower",
+            "upper",
+            "error",
+            "occluders",
+            "area",
+        ])?;
     }
     let surface = |face: usize| scene.surfaces()[scene.faces()[face].surface()].name();
     for &from in matrix.faces() {
+        let area = format!("{:?}", matrix.areas()[from]);
         let mut line = |[to, name]: [&str; 2], [factor, lower, upper, error]: [f64; 4], occluders: &str| {
             table.write_record([
                 &from.to_string(),
@@ -104,6 +116,7 @@ fn csv(out: impl Write, scene: &Scene, matrix: &FactorMatrix, Table { first, ope
                 &format!("{upper:?}"),
                 &format!("{error:e}"),
                 occluders,
+                &area,
             ])
         };
         for Entry { face, factor, lower, upper, error, occluders, .. } in matrix.row(from) {

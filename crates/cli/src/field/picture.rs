@@ -11,7 +11,8 @@ use std::io::Write;
 
 use radgrad_scene::{FieldCell, largest, smallest};
 
-use canvas::{Canvas, INK, colour};
+use canvas::INK;
+pub(crate) use canvas::{Canvas, colour};
 
 /// Decades of a scale, at most: next to a point in the dark a bound is as good as 0.
 const MOST_DECADES: i32 = 6;

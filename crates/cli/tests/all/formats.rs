@@ -120,7 +120,7 @@ fn shortened(text: &str) -> String {
 #[test]
 fn every_command_says_what_it_does_and_takes() {
     let folder = folder("help");
-    for command in ["", "eval", "audit", "factors", "field", "solve", "completions", "man"] {
+    for command in ["", "eval", "audit", "factors", "field", "solve", "heat", "check", "demo", "completions", "man"] {
         let name = if command.is_empty() { "help" } else { command };
         insta::assert_snapshot!(format!("help_{name}"), folder.said(&format!("{command} --help"), &[]));
     }

@@ -125,7 +125,6 @@ fn wrong_json_names_the_column_and_the_rule() {
     refused(&with("[0,0,0]", "[0,0]"), "invalid length 2, expected three coordinates [x, y, z]");
     refused(&with("[0,0,0]", "[0,0,0,0]"), "invalid length 4, expected three coordinates [x, y, z]");
     refused(&with("[0,0,0]", r#"["0",0,0]"#), "string");
-    refused(&with(r#""id":"a1","#, ""), "missing field `id`");
     refused(&with(r#""id":"a1""#, r#""id":null"#), "`id` must be a string or a number");
     refused(&with(r#""id":"a1""#, r#""id":"a1","id":"a2""#), "duplicate field `id`");
     refused(&with(r#","normal":[0,0,1]"#, ""), "missing field `normal`");
@@ -185,6 +184,12 @@ fn a_bad_line_costs_no_other_and_keeps_its_place() {
     assert_eq!((named.line, &named.id), (3, &Some(Id::Number(42.into()))));
     assert_eq!((nameless.line, &nameless.id), (4, &None));
     assert_eq!((last.number, &last.case.id), (5, &Id::from("last")));
+}
+
+#[test]
+fn a_line_without_id_has_its_number_as_one() {
+    let line = Line::read(7, with(r#""id":"a1","#, "").as_bytes()).unwrap().unwrap();
+    assert_eq!(line.case.id, Id::Number(7.into()));
 }
 
 #[test]

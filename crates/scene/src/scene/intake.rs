@@ -201,9 +201,13 @@ impl Intake {
         &mut self,
         surface: usize,
         material: usize,
-        outline: Outline,
+        mut outline: Outline,
         place: Place,
     ) -> Result<(), Error> {
+        if self.reading.flip {
+            outline.vertices.reverse();
+            outline.coordinates.iter_mut().flatten().for_each(|coordinates| coordinates.reverse());
+        }
         take_face(&self.budget, outline.vertices.len()).map_err(|error| error.at_place(place.clone()))?;
         self.given.push(Given { surface, material, outline, place });
         Ok(())

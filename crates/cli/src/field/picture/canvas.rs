@@ -12,18 +12,18 @@ const TEXT: Rgb = [38, 38, 46];
 /// Pixels that a dot of a letter takes along each side.
 const DOT: usize = 2;
 
-pub(super) struct Canvas {
+pub(crate) struct Canvas {
     width: usize,
     height: usize,
     pixels: Vec<Rgb>,
 }
 
 impl Canvas {
-    pub(super) fn new(width: usize, height: usize) -> Self {
+    pub(crate) fn new(width: usize, height: usize) -> Self {
         Self { width, height, pixels: vec![[255; 3]; width * height] }
     }
 
-    pub(super) fn fill(&mut self, [left, top]: [usize; 2], [width, height]: [usize; 2], colour: Rgb) {
+    pub(crate) fn fill(&mut self, [left, top]: [usize; 2], [width, height]: [usize; 2], colour: Rgb) {
         for y in top..(top + height).min(self.height) {
             for x in left..(left + width).min(self.width) {
                 self.pixels[y * self.width + x] = colour;
@@ -31,7 +31,7 @@ impl Canvas {
         }
     }
 
-    pub(super) fn text(&mut self, [left, top]: [usize; 2], text: &str) {
+    pub(crate) fn text(&mut self, [left, top]: [usize; 2], text: &str) {
         for (place, letter) in text.chars().enumerate() {
             for (row, dots) in glyph(letter).iter().enumerate() {
                 for column in (0..WIDTH).filter(|column| dots >> (WIDTH - 1 - column) & 1 == 1) {
@@ -42,12 +42,12 @@ impl Canvas {
         }
     }
 
-    pub(super) fn width_of(text: &str) -> usize {
+    pub(crate) fn width_of(text: &str) -> usize {
         text.chars().count() * (WIDTH + 1) * DOT
     }
 
     /// A line around its middle, with a head at the end where it is long enough for one.
-    pub(super) fn arrow(&mut self, [x, y]: [f64; 2], [along, down]: [f64; 2], colour: Rgb) {
+    pub(crate) fn arrow(&mut self, [x, y]: [f64; 2], [along, down]: [f64; 2], colour: Rgb) {
         let length = along.hypot(down);
         let tip = [x + 0.5 * along, y + 0.5 * down];
         self.line([x - 0.5 * along, y - 0.5 * down], tip, colour);
@@ -69,7 +69,7 @@ impl Canvas {
         }
     }
 
-    pub(super) fn encode(
+    pub(crate) fn encode(
         &self,
         out: impl Write,
         chunks: impl IntoIterator<Item = (String, String)>,
@@ -103,7 +103,7 @@ const VIRIDIS: [Rgb; 9] = [
 
 /// A share that is not finite is grey.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of the scale, and casts saturate")]
-pub(super) fn colour(share: f64) -> Rgb {
+pub(crate) fn colour(share: f64) -> Rgb {
     if !share.is_finite() {
         return [150; 3];
     }
