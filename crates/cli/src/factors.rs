@@ -10,7 +10,7 @@ mod said;
 use std::fmt::Display;
 use std::io::{self, Write};
 use std::ops::Range;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use radgrad_scene::output::{self, Unwritten};
@@ -189,6 +189,16 @@ pub(crate) fn run(arguments: &Arguments) -> Result<bool, Failure> {
         list(&scene, unmet, narrowed);
     }
     Ok(is_met)
+}
+
+/// Writes factors that a caller has of a scene that may be in no file.
+pub(crate) fn written(matrix: &FactorMatrix, scene: &Scene, file: &Path, open: bool) -> Result<(), Failure> {
+    let format = Format::of(file)?;
+    if open && format != Format::Csv {
+        return Err(Failure::Open(file.to_owned()));
+    }
+    finite(matrix)?;
+    formats::write(file, format, scene, Path::new(scene.title().unwrap_or("scene")), matrix, Table { first: true, open })
 }
 
 /// What is asked of one factor.
