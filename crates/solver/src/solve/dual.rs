@@ -44,6 +44,7 @@ use crate::links::refine::{Need, WITHOUT_ORDER};
 use crate::links::transfer::Row;
 use crate::mesh::basis::{Basis, Excess, dot};
 use crate::solve::layers::Layers;
+use crate::once::made;
 use crate::solve::solution::{MeanError, Solution, for_each, ratio};
 
 /// Sweeps after which the importance is not known, and changes below which it is, relative to its mean: what is left is of second order
@@ -143,7 +144,7 @@ fn off_by_rule(basis: &Basis, excess: &Excess) -> f64 {
 impl Solution {
     /// The importance by the links that there are, as it is sent; `None` if it grows without end.
     pub(super) fn importance(&self) -> Option<&Field> {
-        self.importance.get_or_init(|| self.solve_importance()).as_ref()
+        made(&self.importance, || self.solve_importance()).as_ref()
     }
 
     fn solve_importance(&self) -> Option<Field> {

@@ -1,5 +1,6 @@
 //! The options of a solution, and how far it has come.
 
+use crate::bytes::bytes_of;
 use std::time::Duration;
 
 use radgrad_core::DVec3;
@@ -125,3 +126,5 @@ pub struct Progress {
     /// Estimate of what [`Options::error`] is for, relative to the mean radiosity that is reflected, the largest of the channels.
     pub estimate: f64,
 }
+
+bytes_of!(Progress { round, elements, links, gathers, estimate });
