@@ -4,7 +4,6 @@ mod ahead;
 mod formats;
 mod kept;
 mod one;
-mod places;
 mod said;
 
 use std::fmt::Display;
@@ -17,6 +16,7 @@ use radgrad_scene::output::{self, Unwritten};
 use radgrad_scene::{Entry, Error, FactorMatrix, FactorSettings, FormFactors, Materials, Narrowed, Scene};
 use serde::Serialize;
 
+use crate::places;
 use crate::resume::fingerprint;
 use crate::say::say;
 use crate::scene::SceneFile;
@@ -136,7 +136,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<bool, Failure> {
     let settings = settings(arguments)?;
     let outputs = out.iter().flat_map(|(file, format)| formats::files(file, *format)).map(|file| ("out", file));
     let outputs: Vec<_> = outputs.chain(arguments.resume.clone().map(|file| ("resume", file))).collect();
-    places::check(&arguments.scene.path, arguments.scene.budget, &outputs)?;
+    places::check((&arguments.scene.path, arguments.scene.budget), &[], &outputs)?;
     out.iter().try_for_each(|(file, _)| output::check(file))?;
     let scene = arguments.scene.read(Materials::Optional)?;
     let factors = FormFactors::new(&scene)?;

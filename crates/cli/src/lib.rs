@@ -10,6 +10,7 @@ mod factors;
 mod field;
 pub mod file;
 mod manual;
+mod places;
 mod points;
 mod resume;
 mod say;

@@ -12,8 +12,8 @@ use radgrad_audit::truth::Truth;
 use radgrad_core::{DVec3, Polygon};
 
 use crate::detached::{Ended, detached};
-use crate::pool::computed;
 use crate::emitter::Emitter;
+use crate::pool::computed;
 use crate::refused;
 
 type Measured = Shard<Kind, Quantity>;

@@ -33,9 +33,9 @@ fn program(py: Python<'_>, arguments: Vec<std::ffi::OsString>) -> PyResult<u8> {
 #[pymodule]
 mod _radgrad {
     #[pymodule_export]
-    use super::detached::watched_by;
-    #[pymodule_export]
     use super::audit::{AuditTable, audit_case, audit_families, audit_shard, merge_shards};
+    #[pymodule_export]
+    use super::detached::watched_by;
     #[pymodule_export]
     use super::emitter::{Affine, Emitter, Polynomial};
     #[pymodule_export]
@@ -43,15 +43,15 @@ mod _radgrad {
     #[pymodule_export]
     use super::factors::{FactorBlock, FactorMatrix};
     #[pymodule_export]
-    use super::scene::SceneCore;
-    #[pymodule_export]
-    use super::solution::SolutionCore;
-    #[pymodule_export]
-    use super::tree::Tree;
-    #[pymodule_export]
     use super::files::{read_regular, write_whole};
     #[pymodule_export]
     use super::pool::threads;
     #[pymodule_export]
     use super::program;
+    #[pymodule_export]
+    use super::scene::SceneCore;
+    #[pymodule_export]
+    use super::solution::SolutionCore;
+    #[pymodule_export]
+    use super::tree::Tree;
 }

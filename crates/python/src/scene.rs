@@ -238,7 +238,11 @@ impl SceneCore {
             let matrix = in_blocks(&factors, stop, |rows| Ok(factors.block(rows, &settings, || stop.step(1))?))?;
             Ok(factors.join(matrix)?)
         };
-        detached(py, false, work).map(|matrix| FactorMatrix { scene: Arc::clone(&self.scene), matrix: Arc::new(matrix), settings })
+        detached(py, false, work).map(|matrix| FactorMatrix {
+            scene: Arc::clone(&self.scene),
+            matrix: Arc::new(matrix),
+            settings,
+        })
     }
 
     /// The pairs whose lower face has its row in a block.

@@ -50,7 +50,8 @@ impl Certified {
         if !(is_whole && 0.0 < delta && delta < 1.0 && surfaces.iter().all(|surface| surface.len() == of.channels().len())) {
             return Err(refused("the certificate that was kept is none of this solution"));
         }
-        let [mean, reflected] = [mean, reflected].map(|ends| ends.into_iter().map(|[lower, upper]| Interval { lower, upper }).collect());
+        let [mean, reflected] =
+            [mean, reflected].map(|ends| ends.into_iter().map(|[lower, upper]| Interval { lower, upper }).collect());
         Ok(Certificate { mean, reflected, surfaces, delta, seed, walks, rays })
     }
 }

@@ -8,8 +8,8 @@ use radgrad_core::batch::{Answers, EmitterTree, Engine, Receivers};
 
 use crate::arrays::{Points, Shape};
 use crate::detached::{Ended, detached};
-use crate::pool::computed;
 use crate::emitter::Emitter;
+use crate::pool::computed;
 
 /// Emitters in a tree.
 #[pyclass(frozen, module = "radgrad._radgrad")]

@@ -36,8 +36,8 @@ use crate::estimate::ledger::Ledger;
 use crate::estimate::point::Points;
 use crate::estimate::residual::{Residual, Residuals};
 use crate::estimate::scene::Scene;
-use crate::once::made;
 use crate::mesh::Mesh;
+use crate::once::made;
 
 /// Estimates for each channel.
 #[derive(Debug, Default)]

@@ -23,7 +23,7 @@ use crate::error::Error;
 use crate::mesh::basis::Basis;
 use crate::mesh::clusters::Clusters;
 use crate::mesh::element::{Element, around};
-use crate::mesh::outline::{Given, Cut, LARGE, MOST_SLICES, is_long, slices, with_parallelogram};
+use crate::mesh::outline::{Cut, Given, LARGE, MOST_SLICES, is_long, slices, with_parallelogram};
 use crate::mesh::screen::Screen;
 use crate::mesh::shape::Shape;
 

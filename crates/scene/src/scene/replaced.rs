@@ -34,8 +34,8 @@ impl Scene {
             let material = match known.get(&key) {
                 Some(material) => *material,
                 None => {
-                    let [reflectance, radiance] = Quantity::ALL
-                        .map(|of| if of == quantity { values.to_vec() } else { before.factors(of).to_vec() });
+                    let [reflectance, radiance] =
+                        Quantity::ALL.map(|of| if of == quantity { values.to_vec() } else { before.factors(of).to_vec() });
                     let added = scene.add_material(before.name(), reflectance, radiance)?;
                     for of in Quantity::ALL.into_iter().filter(|of| *of != quantity) {
                         if let Some(texture) = before.texture(of) {

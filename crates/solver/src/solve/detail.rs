@@ -61,7 +61,7 @@ impl Detail {
 impl Solution {
     /// Details of elements, by channel.
     pub(crate) fn details(&self) -> &[Vec<Detail>] {
-        made(&self.details, || {
+        made::<Vec<_>>(&self.details, || {
             let of_receiver = |&receiver: &usize| (receiver, self.of_reflected(receiver));
             let receivers: Vec<(usize, Vec<Detail>)> = self.receivers.par_iter().map(of_receiver).collect();
             let mut reflected = vec![Vec::new(); self.mesh.elements().len()];

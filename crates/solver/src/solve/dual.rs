@@ -43,8 +43,8 @@ use crate::links::link::Link;
 use crate::links::refine::{Need, WITHOUT_ORDER};
 use crate::links::transfer::Row;
 use crate::mesh::basis::{Basis, Excess, dot};
-use crate::solve::layers::Layers;
 use crate::once::made;
+use crate::solve::layers::Layers;
 use crate::solve::solution::{MeanError, Solution, for_each, ratio};
 
 /// Sweeps after which the importance is not known, and changes below which it is, relative to its mean: what is left is of second order

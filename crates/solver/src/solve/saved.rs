@@ -149,7 +149,10 @@ impl Solution {
             && self.links.iter().enumerate().all(|(receiver, links)| links.iter().all(|link| is_link(receiver, link)))
             && (0..elements).all(|index| self.far[index].is_of(self.mesh.basis(index), clusters))
             && (self.direct.is_empty() && self.lamps.is_empty() || self.direct.len() == elements)
-            && self.direct.iter().all(|direct| direct.is_of(self.lamps.roots().len(), channels) && direct.sights().iter().all(is_sight))
+            && self
+                .direct
+                .iter()
+                .all(|direct| direct.is_of(self.lamps.roots().len(), channels) && direct.sights().iter().all(is_sight))
             && self.receivers.iter().all(|receiver| *receiver < elements && self.gathers(*receiver))
             && is_field(Some(&self.field))
             && is_field(self.importance.get().and_then(Option::as_ref))
