@@ -17,7 +17,7 @@ const WORDS: [&str; 13] = [
     "println!(",
     "print!(",
     "dbg!(",
-    "stderr()",
+    "stderr().lock()",
 ];
 
 /// The places that may, and why.
