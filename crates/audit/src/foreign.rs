@@ -167,9 +167,12 @@ pub struct Gates {
 /// Why gates cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum GateError {
-    /// Not TOML, or a quantity that does not exist.
-    #[error("{0}")]
-    Toml(#[from] toml::de::Error),
+    /// Not TOML, or a quantity that does not exist. The line is not quoted: the file may be another one than was meant.
+    #[error("line {line}: expected `[all]` or `[FAMILY]`, then lines such as `value = 1e-6`")]
+    Toml {
+        /// From 1.
+        line: usize,
+    },
     /// A family that does not exist.
     #[error(transparent)]
     Family(#[from] UnknownFamily<Family>),
@@ -203,7 +206,11 @@ impl Gates {
     /// If it is not TOML, names an unknown family or quantity, or a gate is negative or not finite.
     pub fn from_toml(text: &str) -> Result<Self, GateError> {
         let mut gates = Self::default();
-        for (family, of) in toml::from_str::<BTreeMap<String, BTreeMap<Quantity, f64>>>(text)? {
+        let line = |error: &toml::de::Error| {
+            1 + text.bytes().take(error.span().map_or(0, |span| span.start)).filter(|b| *b == b'\n').count()
+        };
+        let read = toml::from_str::<BTreeMap<String, BTreeMap<Quantity, f64>>>(text);
+        for (family, of) in read.map_err(|error| GateError::Toml { line: line(&error) })? {
             if let Some((quantity, value)) = of.iter().find(|(_, value)| !(0.0..f64::INFINITY).contains(*value)) {
                 return Err(GateError::Value { family, quantity: quantity.name(), value: *value });
             }
@@ -325,5 +332,7 @@ mod tests {
         assert_eq!(gates.violations(&[Family::Generic], &Table::default()).len(), 1);
         assert!(Gates::from_toml("[all]\nvalue = -1.0\n").unwrap_err().to_string().contains("all.value = -1"));
         assert!(Gates::from_toml("[fat]\nvalue = 1.0\n").is_err());
+        let foreign = Gates::from_toml("[all]\nroot:x:0:0:secret\n").unwrap_err().to_string();
+        assert!(foreign.contains("line 2") && !foreign.contains("secret"), "{foreign}");
     }
 }

@@ -1,10 +1,12 @@
 //! `radgrad audit`: draws the audit's cases, sends them to any program, and holds its answers to exact values.
 
-use std::fs;
-use std::io::{BufRead, BufReader, Write};
+use std::fs::{self, File};
+use std::io::{self, BufRead, BufReader, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
-use std::process::{ChildStdin, Command, Stdio};
+use std::process::{Child, ChildStdin, Command, Stdio};
+use std::sync::mpsc::{RecvTimeoutError, SyncSender, sync_channel};
 use std::thread;
+use std::time::Duration;
 
 use indicatif::ProgressBar;
 use radgrad_audit::family::{Family, Name};
@@ -12,6 +14,8 @@ use radgrad_audit::foreign::{Gates, Held, Violation, hold};
 use radgrad_audit::measure::{Kind, Quantity};
 use radgrad_audit::run::Run;
 use radgrad_audit::table::{FamilyTable, Table};
+use radgrad_scene::output::{Unwritten, write_whole};
+use radgrad_scene::{printable, read_file};
 use rayon::prelude::*;
 
 use crate::say::say;
@@ -41,7 +45,19 @@ pub(crate) struct Arguments {
     /// Folder for the tables: errors.csv, figures.csv, histogram.csv, outcomes.csv.
     #[arg(long)]
     out: Option<PathBuf>,
+    /// Seconds in which the program has to write the next answer; it is ended when they are over.
+    #[arg(long, default_value = "60", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    seconds: u64,
+    /// MiB of memory that it may have, where the shell can say so.
+    #[arg(long, value_name = "MIB", default_value = "4096", value_parser = clap::value_parser!(u64).range(1..=1_000_000_000))]
+    memory: u64,
 }
+
+/// Bytes of a line that is an answer, at most.
+const LINE: u64 = 1 << 20;
+
+/// Bytes of a file of gates, at most.
+const GATES: u64 = 1 << 20;
 
 /// Why nothing was audited.
 #[derive(Debug, thiserror::Error)]
@@ -62,6 +78,12 @@ pub(crate) enum Failure {
         /// Why.
         why: String,
     },
+    /// What was found cannot be written.
+    #[error(transparent)]
+    Unwritten(#[from] Unwritten),
+    /// The same of the standard output.
+    #[error("cannot write to the standard output: {0}")]
+    Output(#[source] io::Error),
 }
 
 /// Whether nothing is violated.
@@ -69,7 +91,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<bool, Failure> {
     let gates = match &arguments.gates {
         None => Gates::default(),
         Some(path) => {
-            let text = fs::read_to_string(path).map_err(|error| file(path, error))?;
+            let text = read_file(path, GATES).map_err(|error| file(path, error))?;
+            let text = String::from_utf8(text).map_err(|error| file(path, error.utf8_error()))?;
             Gates::from_toml(&text).map_err(|error| file(path, error))?
         }
     };
@@ -78,7 +101,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<bool, Failure> {
     }
     let families = if arguments.family.is_empty() { Family::ALL.to_vec() } else { arguments.family.clone() };
     let names: Vec<Name> = Run::of_each(arguments.cases, &families, arguments.seed).names().collect();
-    let lines = answers(&arguments.program, &names)?;
+    let lines = answers(arguments, &names)?;
     let bar = ProgressBar::new(names.len() as u64);
     let judge = |(name, line): (&Name, &String)| {
         let held = hold(&name.case(), line);
@@ -91,10 +114,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<bool, Failure> {
     for (name, held) in names.iter().zip(&held) {
         held.record(*name, &mut table);
     }
-    print(&table);
+    let mut said = shown(&table);
     for kind in [Kind::Unanswered, Kind::NonFinite, Kind::Undetermined] {
         if let Some((name, held)) = names.iter().zip(&held).find(|(_, held)| held.kind == kind) {
-            println!("the first {} is {name}: {}", kind.name(), held.remark.trim());
+            said.push(format!("the first {} is {name}: {}", kind.name(), held.remark.trim()));
         }
     }
     if let Some(out) = &arguments.out {
@@ -102,45 +125,82 @@ pub(crate) fn run(arguments: &Arguments) -> Result<bool, Failure> {
     }
     let violations = gates.violations(&families, &table);
     for Violation { family, case, what } in &violations {
-        println!("VIOLATED {family}: {what}{}", case.map_or_else(String::new, |case| format!(", at {case}")));
+        said.push(format!("VIOLATED {family}: {what}{}", case.map_or_else(String::new, |case| format!(", at {case}"))));
     }
-    let (cases, held) = (table.cases(), if violations.is_empty() { "nothing is violated" } else { "FAILED" });
-    println!(
-        "{cases} cases of {} families, seed {}, each against an enclosure of its exact value: {held}",
-        families.len(),
-        arguments.seed
-    );
-    Ok(violations.is_empty())
+    let is_answered = held.iter().any(|held| held.kind == Kind::Measured);
+    let result = match (is_answered, violations.is_empty()) {
+        (false, _) => "FAILED, nothing was answered",
+        (true, false) => "FAILED",
+        (true, true) => "nothing is violated",
+    };
+    let count = families.len();
+    let cases = format!("{} cases of {count} families, seed {}", table.cases(), arguments.seed);
+    said.push(format!("{cases}, each against an enclosure of its exact value: {result}"));
+    let mut out = io::stdout().lock();
+    // What a program answers may have any character.
+    said.iter().try_for_each(|line| writeln!(out, "{}", printable(line))).map_err(Failure::Output)?;
+    Ok(is_answered && violations.is_empty())
 }
 
 fn file(path: &Path, why: impl std::fmt::Display) -> Failure {
     Failure::File { path: path.to_path_buf(), why: why.to_string() }
 }
 
-fn shell(program: &str) -> Command {
-    let (shell, flag) = if cfg!(windows) { ("cmd", "/C") } else { ("sh", "-c") };
-    let mut command = Command::new(shell);
-    command.arg(flag).arg(program);
+/// The program in a group of its own, with no more memory than it may have.
+fn shell(program: &str, memory: u64) -> Command {
+    let mut command = Command::new(if cfg!(windows) { "cmd" } else { "sh" });
+    #[cfg(windows)]
+    command.args(["/C", program]);
+    #[cfg(unix)]
+    {
+        let limited = format!("ulimit -v {} 2>/dev/null; {program}", memory.saturating_mul(1024));
+        std::os::unix::process::CommandExt::process_group(command.args(["-c", &limited]), 0);
+    }
     command
 }
 
-/// A line for each case. Another thread writes, so that neither side waits for the other.
-fn answers(program: &str, names: &[Name]) -> Result<Vec<String>, Failure> {
-    let failed = |why: String| Failure::Program { program: program.to_owned(), why };
-    let child = shell(program).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn();
+/// Ends the program and what it started.
+fn end(child: &mut Child) {
+    #[cfg(unix)]
+    drop(Command::new("kill").args(["-KILL", "--", &format!("-{}", child.id())]).stderr(Stdio::null()).status());
+    drop(child.kill());
+    drop(child.wait());
+}
+
+/// A line for each case. Another thread writes and one reads, so that neither side waits for the other.
+fn answers(arguments: &Arguments, names: &[Name]) -> Result<Vec<String>, Failure> {
+    let program = &arguments.program;
+    let failed = |why: String| Failure::Program { program: program.clone(), why };
+    let child = shell(program, arguments.memory).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn();
     let mut child = child.map_err(|error| failed(error.to_string()))?;
     let (Some(input), Some(output)) = (child.stdin.take(), child.stdout.take()) else {
         return Err(failed("it has no input or output".to_owned()));
     };
-    let lines = thread::scope(|scope| {
-        // That the program stops reading shows in what it answers.
-        let writer = scope.spawn(|| send(input, names));
-        let lines: Vec<std::io::Result<String>> = BufReader::new(output).lines().collect();
-        drop(writer.join());
-        lines
-    });
+    let asked = names.to_vec();
+    // That the program stops reading shows in what it answers.
+    thread::spawn(move || send(input, &asked));
+    // Few at once: a program that answers without end waits.
+    let (sender, receiver) = sync_channel(1024);
+    thread::spawn(move || read(BufReader::new(output), &sender));
+    let mut lines = Vec::new();
+    let why = loop {
+        match receiver.recv_timeout(Duration::from_secs(arguments.seconds)) {
+            Ok(Ok(line)) if lines.len() < names.len() => lines.push(line),
+            Ok(Ok(_)) => break Some(format!("it answered more than {} cases: a line for each is due", names.len())),
+            Ok(Err(why)) => break Some(why),
+            Err(RecvTimeoutError::Timeout) => {
+                let (done, all) = (lines.len(), names.len());
+                let rule = format!("more with --seconds than {} if it needs them", arguments.seconds);
+                break Some(format!("no answer came in time after {done} of {all}: give it {rule}"));
+            }
+            Err(RecvTimeoutError::Disconnected) => break None,
+        }
+    };
+    if let Some(why) = why {
+        end(&mut child);
+        return Err(failed(why));
+    }
     let status = child.wait().map_err(|error| failed(error.to_string()))?;
-    let lines: Vec<String> = lines.into_iter().collect::<Result<_, _>>().map_err(|error| failed(error.to_string()))?;
     if lines.len() != names.len() {
         if !status.success() {
             say(format_args!("{program}: {status}"));
@@ -150,7 +210,25 @@ fn answers(program: &str, names: &[Name]) -> Result<Vec<String>, Failure> {
     Ok(lines)
 }
 
-fn send(mut input: ChildStdin, names: &[Name]) -> std::io::Result<()> {
+/// Hands on the lines of an output, or why there are no more.
+fn read(mut output: impl BufRead, to: &SyncSender<Result<String, String>>) {
+    loop {
+        let mut line = Vec::new();
+        let found = match output.by_ref().take(LINE).read_until(b'\n', &mut line) {
+            Ok(0) => return,
+            Ok(count) if count as u64 == LINE => Err(format!("a line of it is longer than {LINE} bytes")),
+            Ok(_) => {
+                String::from_utf8(line).map(|line| line.trim_end().to_owned()).map_err(|error| error.utf8_error().to_string())
+            }
+            Err(error) => Err(error.to_string()),
+        };
+        if to.send(found).is_err() {
+            return;
+        }
+    }
+}
+
+fn send(mut input: ChildStdin, names: &[Name]) -> io::Result<()> {
     for name in names {
         let mut line = serde_json::to_vec(&name.case())?;
         line.push(b'\n');
@@ -159,14 +237,13 @@ fn send(mut input: ChildStdin, names: &[Name]) -> std::io::Result<()> {
     input.flush()
 }
 
-/// A row a family: cases, how many were answered, median and worst errors, the worst over its bound.
-fn print(table: &Table) {
-    let row = |cells: [String; 8]| {
-        let [family, rest @ ..] = cells;
-        println!("{family:17}{}", rest.iter().map(|cell| format!(" {cell:>9}")).collect::<String>());
+/// A line a family: cases, how many were answered, median and worst errors, the worst over its bound.
+fn shown(table: &Table) -> Vec<String> {
+    let row = |[family, rest @ ..]: [String; 8]| {
+        format!("{family:17}{}", rest.iter().map(|cell| format!(" {cell:>9}")).collect::<String>())
     };
     let titles = ["family", "cases", "answered", "value", "worst", "gradient", "worst", "/ bound"];
-    row(titles.map(str::to_owned));
+    let mut lines = vec![row(titles.map(str::to_owned))];
     for (family, of) in table.families() {
         let figure = |quantity, which: fn(&FamilyTable, Quantity) -> Option<String>| which(of, quantity).unwrap_or_default();
         let median: fn(&FamilyTable, Quantity) -> Option<String> =
@@ -177,7 +254,7 @@ fn print(table: &Table) {
         };
         let over = [Quantity::ValueOverBound, Quantity::GradientOverBound].into_iter();
         let over = over.filter_map(|quantity| of.figures().get(&quantity)?.worst()).map(|worst| worst.value).reduce(f64::max);
-        row([
+        lines.push(row([
             family.to_string(),
             of.cases().to_string(),
             of.count(Kind::Measured).to_string(),
@@ -186,12 +263,13 @@ fn print(table: &Table) {
             figure(Quantity::Gradient, median),
             figure(Quantity::Gradient, worst),
             over.map_or_else(String::new, |over| format!("{over:.2}")),
-        ]);
+        ]));
     }
+    lines
 }
 
 fn write(table: &Table, out: &Path) -> Result<(), Failure> {
-    type Part = fn(&Table, fs::File) -> csv::Result<()>;
+    type Part = fn(&Table, &mut BufWriter<File>) -> csv::Result<()>;
     let files: [(&str, Part); 4] = [
         ("errors.csv", |table, file| table.write_errors(file)),
         ("figures.csv", |table, file| table.write_figures(file)),
@@ -199,9 +277,7 @@ fn write(table: &Table, out: &Path) -> Result<(), Failure> {
         ("outcomes.csv", |table, file| table.write_outcomes(file)),
     ];
     for (name, part) in files {
-        let path = out.join(name);
-        let created = fs::File::create(&path).map_err(|error| file(&path, error))?;
-        part(table, created).map_err(|error| file(&path, error))?;
+        write_whole(&out.join(name), |file| part(table, file))?;
     }
     Ok(())
 }

@@ -4,19 +4,19 @@ mod ahead;
 mod formats;
 mod kept;
 mod one;
-mod places;
 mod said;
 
 use std::fmt::Display;
 use std::io::{self, Write};
 use std::ops::Range;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use radgrad_scene::output::{self, Unwritten};
 use radgrad_scene::{Entry, Error, FactorMatrix, FactorSettings, FormFactors, Materials, Narrowed, Scene};
 use serde::Serialize;
 
+use crate::places;
 use crate::resume::fingerprint;
 use crate::say::say;
 use crate::scene::SceneFile;
@@ -136,7 +136,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<bool, Failure> {
     let settings = settings(arguments)?;
     let outputs = out.iter().flat_map(|(file, format)| formats::files(file, *format)).map(|file| ("out", file));
     let outputs: Vec<_> = outputs.chain(arguments.resume.clone().map(|file| ("resume", file))).collect();
-    places::check(&arguments.scene.path, arguments.scene.budget, &outputs)?;
+    places::check((&arguments.scene.path, arguments.scene.budget), &[], &outputs)?;
     out.iter().try_for_each(|(file, _)| output::check(file))?;
     let scene = arguments.scene.read(Materials::Optional)?;
     let factors = FormFactors::new(&scene)?;
@@ -189,6 +189,16 @@ pub(crate) fn run(arguments: &Arguments) -> Result<bool, Failure> {
         list(&scene, unmet, narrowed);
     }
     Ok(is_met)
+}
+
+/// Writes factors that a caller has of a scene that may be in no file.
+pub(crate) fn written(matrix: &FactorMatrix, scene: &Scene, file: &Path, open: bool) -> Result<(), Failure> {
+    let format = Format::of(file)?;
+    if open && format != Format::Csv {
+        return Err(Failure::Open(file.to_owned()));
+    }
+    finite(matrix)?;
+    formats::write(file, format, scene, Path::new(scene.title().unwrap_or("scene")), matrix, Table { first: true, open })
 }
 
 /// What is asked of one factor.

@@ -72,7 +72,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let radiosities = radiosities(&scene, arguments)?;
     let factors = FormFactors::new(&scene)?;
     for warning in factors.warnings() {
-        eprintln!("radgrad: {warning}");
+        crate::say::say(warning);
     }
     let patches = scene.surfaces()[on].faces().len();
     if matches!(format, Format::Png) && patches != 1 {

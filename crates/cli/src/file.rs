@@ -4,8 +4,8 @@ use std::path::Path;
 
 use clap::Parser;
 use radgrad_certificate::{Certificate, Request};
-use radgrad_scene::Scene;
 use radgrad_scene::output::write_whole;
+use radgrad_scene::{FactorMatrix, Scene};
 use radgrad_solver::Solution;
 
 pub use crate::certified::RAYS_A_POINT;
@@ -21,6 +21,15 @@ use crate::view::View;
 pub fn solution(solution: &Solution, scene: &Scene, certificate: Option<&Certificate>, file: &Path) -> Result<(), String> {
     let format = Format::of(file).ok_or_else(|| format!("`{}`: expected a name ending in .vtu or .ply", file.display()))?;
     write_whole(file, |out| format.write(solution, scene, certificate, out)).map_err(|error| error.to_string())
+}
+
+/// Writes factors of a scene as `radgrad factors --out` does: `.csv`, `.mtx`, `.txt`, `.out` or `.idf`, with the share of each face's view that no
+/// face has where `open` asks for it in a `.csv`.
+///
+/// # Errors
+/// If the name ends otherwise, or a file cannot be written.
+pub fn factors(matrix: &FactorMatrix, scene: &Scene, file: &Path, open: bool) -> Result<(), String> {
+    crate::factors::written(matrix, scene, file, open).map_err(|error| error.to_string())
 }
 
 /// The output of `radgrad solve --summary`: one JSON object, of a run that was asked for an error and took some seconds.

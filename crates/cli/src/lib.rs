@@ -15,6 +15,7 @@ mod grid;
 mod heat;
 mod manual;
 mod photometry;
+mod places;
 mod points;
 mod resume;
 mod say;

@@ -16,6 +16,7 @@ use crate::certified::{self, Certifying};
 use crate::export::Format;
 use crate::grid::{self, Grid};
 use crate::photometry::{self, Photometry};
+use crate::places::{self, Same};
 use crate::points::Points;
 use crate::resume;
 use crate::say::say;
@@ -162,17 +163,16 @@ impl Request {
     }
 
     /// Files that are read and written must not be one.
-    fn check_names(&self) -> Result<(), Failure> {
-        let written = [self.out.as_deref(), self.view.file(), self.answers.as_deref(), self.resume.as_deref()];
-        let read = [self.points.as_deref(), Some(self.scene.path.as_path())];
-        let place = |file: &Path| file.canonicalize().unwrap_or_else(|_| file.to_owned());
-        let all: Vec<&Path> = written.into_iter().chain(read).flatten().filter(|file| *file != Path::new("-")).collect();
-        for (index, first) in all.iter().enumerate() {
-            if let Some(second) = all[..index].iter().find(|second| place(second) == place(first) && first.is_file()) {
-                return Err(Failure::SameFile { first: second.to_path_buf(), second: first.to_path_buf() });
-            }
-        }
-        Ok(())
+    fn check_names(&self) -> Result<(), Same> {
+        let written = [
+            ("out", self.out.as_deref()),
+            ("view", self.view.file()),
+            ("answers", self.answers.as_deref()),
+            ("resume", self.resume.as_deref()),
+        ];
+        let written: Vec<_> = written.into_iter().filter_map(|(option, file)| Some((option, file?.to_owned()))).collect();
+        let read: Vec<_> = self.points.as_deref().map(|file| ("points", file)).into_iter().collect();
+        places::check((&self.scene.path, self.scene.budget), &read, &written)
     }
 }
 
@@ -197,8 +197,8 @@ pub(crate) enum Failure {
     Certify(String),
     #[error("--for points has no points: give --points or --camera")]
     Nothing,
-    #[error("{} and {} are one file", first.display(), second.display())]
-    SameFile { first: PathBuf, second: PathBuf },
+    #[error(transparent)]
+    Same(#[from] Same),
     #[error(transparent)]
     Write(#[from] Unwritten),
     #[error(transparent)]
@@ -227,8 +227,8 @@ pub(crate) fn run(request: &Request, mut output: impl Write) -> Result<bool, Fai
     }
     request.certifying.check(request.has_points()).map_err(Failure::Certify)?;
     request.view.check(&request.scene)?;
-    [&request.out, &request.answers, &request.resume].into_iter().flatten().try_for_each(|file| output::check(file))?;
     request.check_names()?;
+    [&request.out, &request.answers, &request.resume].into_iter().flatten().try_for_each(|file| output::check(file))?;
     let points = request
         .points
         .as_deref()

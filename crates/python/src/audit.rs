@@ -13,6 +13,7 @@ use radgrad_core::{DVec3, Polygon};
 
 use crate::detached::{Ended, detached};
 use crate::emitter::Emitter;
+use crate::pool::computed;
 use crate::refused;
 
 type Measured = Shard<Kind, Quantity>;
@@ -41,6 +42,7 @@ pub(crate) fn audit_shard(py: Python<'_>, cases: u64, seed: u64, families: Vec<S
         let table = run.tally(|table: &mut Table, name| {
             if !stop.is_set() {
                 table.record(name, &radgrad_audit::measure::measure(&name.case()));
+                stop.step(1);
             }
         });
         if stop.is_set() {
@@ -53,10 +55,10 @@ pub(crate) fn audit_shard(py: Python<'_>, cases: u64, seed: u64, families: Vec<S
 /// The table of all parts of a run.
 #[pyfunction]
 pub(crate) fn merge_shards(py: Python<'_>, shards: Vec<String>) -> PyResult<AuditTable> {
-    py.detach(|| {
+    computed(py, || {
         let shards = shards.iter().map(|text| Measured::from_json(text)).collect::<Result<Vec<_>, _>>()?;
         Measured::merge(&shards).map(|shard| AuditTable { table: shard.table })
-    })
+    })?
     .map_err(refused)
 }
 
@@ -72,6 +74,17 @@ impl AuditTable {
     #[new]
     fn new() -> Self {
         Self::default()
+    }
+
+    /// The table as JSON.
+    fn to_json(&self) -> PyResult<String> {
+        Shard { run: Run::of_each(0, &[], 0), table: self.table.clone() }.to_json().map_err(refused)
+    }
+
+    /// A table from that.
+    #[staticmethod]
+    fn from_json(text: &str) -> PyResult<Self> {
+        Ok(Self { table: Measured::from_json(text).map_err(refused)?.table })
     }
 
     /// Adds an answer to a case: its radiosity, and its gradient if there is one. Returns the relative errors, or what else became of it.
@@ -94,7 +107,7 @@ impl AuditTable {
             self.table.count(name, kind);
             return Ok((kind.name(), None, None));
         };
-        let Ok(truth) = py.detach(|| Truth::of_problem(&problem)) else {
+        let Ok(truth) = computed(py, || Truth::of_problem(&problem))? else {
             self.table.count(name, Kind::Undetermined);
             return Ok((Kind::Undetermined.name(), None, None));
         };

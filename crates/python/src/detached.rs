@@ -3,30 +3,63 @@
 //! Python hears a signal in its main thread only, between two steps of its own. So the work goes to another thread, and this one
 //! looks for signals in between.
 
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
-use std::time::Duration;
+use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
 
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 
+use crate::pool::entered;
 use crate::refused;
 
 /// How often signals are looked for.
 const PAUSE: Duration = Duration::from_millis(50);
 
-/// Whether the work is to end.
+/// Who is told how far work that takes long has come: seconds since it began, steps done and all of them (0 if they are not counted), and
+/// whether it ended.
+static WATCH: Mutex<Option<Py<PyAny>>> = Mutex::new(None);
+
+/// Sets who is told.
+#[pyfunction]
+pub(crate) fn watched_by(watch: Py<PyAny>) {
+    *WATCH.lock().unwrap_or_else(PoisonError::into_inner) = Some(watch);
+}
+
+/// Whether the work is to end, and how far it is.
 #[derive(Debug, Default)]
-pub(crate) struct Stop(AtomicBool);
+pub(crate) struct Stop {
+    is_set: AtomicBool,
+    done: AtomicUsize,
+    all: AtomicUsize,
+}
 
 impl Stop {
     pub(crate) fn is_set(&self) -> bool {
-        self.0.load(Ordering::Relaxed)
+        self.is_set.load(Ordering::Relaxed)
     }
 
     fn set(&self) {
-        self.0.store(true, Ordering::Relaxed);
+        self.is_set.store(true, Ordering::Relaxed);
+    }
+
+    /// There are so many steps.
+    pub(crate) fn expect(&self, steps: usize) {
+        self.all.store(steps, Ordering::Relaxed);
+    }
+
+    /// So many are done.
+    pub(crate) fn step(&self, steps: usize) {
+        self.done.fetch_add(steps, Ordering::Relaxed);
+    }
+
+    /// Tells who watches.
+    fn tell(&self, py: Python<'_>, start: Instant, ended: bool) -> PyResult<()> {
+        let watch = WATCH.lock().unwrap_or_else(PoisonError::into_inner).as_ref().map(|watch| watch.clone_ref(py));
+        let Some(watch) = watch else { return Ok(()) };
+        let [done, all] = [&self.done, &self.all].map(|count| count.load(Ordering::Relaxed));
+        watch.call1(py, (start.elapsed().as_secs_f64(), done, all, ended)).map(drop)
     }
 }
 
@@ -54,34 +87,38 @@ pub(crate) fn detached<T: Send>(
     work: impl FnOnce(&Stop) -> Result<T, Ended> + Send,
 ) -> PyResult<T> {
     let stop = Stop::default();
-    let work = |stop: &Stop| {
-        // Another library of the process may have set another rounding: threads inherit it.
-        radgrad_scene::check_host()?;
-        work(stop)
-    };
     let ended = |ended| match ended {
         Ended::Refused(reason) => refused(reason),
         Ended::Stopped => PyRuntimeError::new_err("the work was ended"),
     };
+    let inside = entered()?;
     if is_short {
-        return py.detach(|| work(&stop)).map_err(ended);
+        return py.detach(|| inside.install(|| work(&stop))).map_err(ended);
     }
+    let start = Instant::now();
     std::thread::scope(|scope| {
         let (sender, receiver) = channel();
         // A thread that fails drops its sender.
         let stopping = &stop;
-        scope.spawn(move || sender.send(work(stopping)));
+        scope.spawn(move || sender.send(inside.install(|| work(stopping))));
         let receiver = Mutex::new(receiver);
         let wait = || match receiver.lock() {
             Ok(receiver) => receiver.recv_timeout(PAUSE),
             Err(_) => Err(RecvTimeoutError::Disconnected),
         };
+        let mut told = false;
         loop {
             match py.detach(wait) {
-                Ok(result) => return result.map_err(ended),
+                Ok(result) => {
+                    if told {
+                        stop.tell(py, start, true)?;
+                    }
+                    return result.map_err(ended);
+                }
                 Err(RecvTimeoutError::Disconnected) => return Err(failed()),
                 Err(RecvTimeoutError::Timeout) => {
-                    if let Err(signal) = py.check_signals() {
+                    told = true;
+                    if let Err(signal) = py.check_signals().and_then(|()| stop.tell(py, start, false)) {
                         stop.set();
                         // The scope waits for the thread.
                         py.detach(|| while !matches!(wait(), Ok(_) | Err(RecvTimeoutError::Disconnected)) {});

@@ -254,6 +254,7 @@ fn summed<F: Number>(
                 if stop.is_set() {
                     return Err(Ended::Stopped);
                 }
+                stop.step(CHUNK);
                 chunk.answer(&points, start, (engine, emitters, tolerance), &mut rows).map_err(at(shape, start))
             },
         )?;

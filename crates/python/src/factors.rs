@@ -1,47 +1,97 @@
 //! Matrices of form factors, whole or as blocks of pairs.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyTuple};
-use radgrad_scene::{FactorSettings, Scene};
+use radgrad_scene::{Entry, FactorSettings, Scene, SurfaceFactor};
 
 use crate::detached::detached;
+use crate::pool::computed;
 use crate::refused;
+use crate::scene::SceneCore;
 
 /// The factors between all faces.
 #[pyclass(frozen, module = "radgrad._radgrad")]
 #[derive(Debug)]
 pub(crate) struct FactorMatrix {
     pub(crate) scene: Arc<Scene>,
-    pub(crate) matrix: radgrad_scene::FactorMatrix,
+    pub(crate) matrix: Arc<radgrad_scene::FactorMatrix>,
     pub(crate) settings: FactorSettings,
 }
 
-/// Compressed rows of a matrix: offsets, columns and the values.
-type Rows<'py> = Bound<'py, PyTuple>;
+/// Arrays of a matrix.
+type Arrays<'py> = Bound<'py, PyTuple>;
+
+/// Whole numbers, of 32 bits where all fit.
+fn whole<'py>(py: Python<'py>, numbers: &[usize]) -> PyResult<Bound<'py, PyAny>> {
+    let narrow: Result<Vec<i32>, _> = numbers.iter().map(|number| i32::try_from(*number)).collect();
+    if let Ok(narrow) = narrow {
+        return Ok(PyArray1::from_vec(py, narrow).into_any());
+    }
+    let wide = numbers.iter().map(|number| i64::try_from(*number)).collect::<Result<Vec<i64>, _>>().map_err(refused)?;
+    Ok(PyArray1::from_vec(py, wide).into_any())
+}
 
 #[pymethods]
 impl FactorMatrix {
-    /// Offsets of the rows (one for each face of the scene and one more), columns, factors, their lower and upper bounds, and the
-    /// number of polygons in between.
-    fn csr<'py>(&self, py: Python<'py>) -> PyResult<Rows<'py>> {
-        let (mut offsets, mut columns, mut occluders) = (vec![0_i64], Vec::new(), Vec::new());
-        let (mut factor, mut lower, mut upper) = (Vec::new(), Vec::new(), Vec::new());
+    /// Offsets of the rows (one for each face of the scene and one more), columns and factors.
+    fn csr<'py>(&self, py: Python<'py>) -> PyResult<Arrays<'py>> {
+        let (mut offsets, mut columns, mut factor) = (vec![0], Vec::new(), Vec::new());
         for face in 0..self.scene.faces().len() {
             for entry in self.matrix.row(face) {
-                columns.push(i64::try_from(entry.face).map_err(refused)?);
+                columns.push(entry.face);
                 factor.push(entry.factor);
-                lower.push(entry.lower);
-                upper.push(entry.upper);
-                occluders.push(i64::try_from(entry.occluders).map_err(refused)?);
             }
-            offsets.push(i64::try_from(columns.len()).map_err(refused)?);
+            offsets.push(columns.len());
         }
-        let whole = |numbers| PyArray1::from_vec(py, numbers);
-        let real = |numbers| PyArray1::from_vec(py, numbers);
-        (whole(offsets), whole(columns), real(factor), real(lower), real(upper), whole(occluders)).into_pyobject(py)
+        (whole(py, &offsets)?, whole(py, &columns)?, PyArray1::from_vec(py, factor)).into_pyobject(py)
+    }
+
+    /// Of the factors in that order their lower and upper bounds, and the number of polygons in between.
+    fn brackets<'py>(&self, py: Python<'py>) -> PyResult<Arrays<'py>> {
+        let entries = || (0..self.scene.faces().len()).flat_map(|face| self.matrix.row(face));
+        let occluders: Vec<usize> = entries().map(|entry| entry.occluders).collect();
+        let [lower, upper] = [|entry: Entry| entry.lower, |entry: Entry| entry.upper]
+            .map(|of| PyArray1::from_vec(py, entries().map(of).collect()));
+        (lower, upper, whole(py, &occluders)?).into_pyobject(py)
+    }
+
+    /// Of each face the sum of its row, and what the brackets leave between: 1 is between the two in a closed scene; 0 where it only hides.
+    fn sums<'py>(&self, py: Python<'py>) -> PyResult<Arrays<'py>> {
+        let sums: Vec<SurfaceFactor> = (0..self.scene.faces().len()).map(|face| self.matrix.sum(face)).collect();
+        let [factor, lower, upper] =
+            [|of: &SurfaceFactor| of.factor, |of: &SurfaceFactor| of.lower, |of: &SurfaceFactor| of.upper]
+                .map(|of| PyArray1::from_iter(py, sums.iter().map(of)));
+        (factor, lower, upper).into_pyobject(py)
+    }
+
+    /// Faces that have a row; others only hide.
+    #[getter]
+    fn faces(&self) -> Vec<usize> {
+        self.matrix.faces().to_vec()
+    }
+
+    /// All of its pairs, of which `SceneCore.join` makes it again.
+    fn block(&self) -> FactorBlock {
+        FactorBlock(self.matrix.to_block())
+    }
+
+    /// The same of a scene with other values on the same faces.
+    fn of(&self, scene: PyRef<'_, SceneCore>) -> PyResult<Self> {
+        let is_same = self.scene.polygons().eq(scene.scene.polygons());
+        if !is_same {
+            return Err(refused("the scene has other faces than the factors are of"));
+        }
+        Ok(Self { scene: Arc::clone(&scene.scene), matrix: Arc::clone(&self.matrix), settings: self.settings })
+    }
+
+    /// Writes it as `radgrad factors --out` does.
+    fn write(&self, py: Python<'_>, file: PathBuf, open: bool) -> PyResult<()> {
+        let written = computed(py, || radgrad_cli::file::factors(&self.matrix, &self.scene, &file, open))?;
+        written.map_err(pyo3::exceptions::PyOSError::new_err)
     }
 
     /// Largest `|1 - sum|` of a row.
@@ -77,12 +127,13 @@ impl FactorMatrix {
     /// The same with rows that sum to 1, and how far factors were moved: most, and in the mean.
     fn repaired(&self, py: Python<'_>) -> PyResult<(Self, f64, f64)> {
         let work = |_: &crate::detached::Stop| {
-            let mut matrix = self.matrix.clone();
+            let mut matrix = (*self.matrix).clone();
             let repaired = matrix.repair(&self.settings)?;
             Ok((matrix, repaired))
         };
         let (matrix, repaired) = detached(py, false, work)?;
-        Ok((Self { scene: Arc::clone(&self.scene), matrix, settings: self.settings }, repaired.largest, repaired.mean))
+        let repairs = Self { scene: Arc::clone(&self.scene), matrix: Arc::new(matrix), settings: self.settings };
+        Ok((repairs, repaired.largest, repaired.mean))
     }
 }
 

@@ -10,6 +10,8 @@ mod detached;
 mod emitter;
 mod evaluate;
 mod factors;
+mod files;
+mod pool;
 mod scene;
 mod solution;
 mod tree;
@@ -24,18 +26,8 @@ fn refused(error: impl std::fmt::Display) -> PyErr {
 
 /// The program `radgrad`: its arguments, the first of which is its name. Returns its exit status.
 #[pyfunction]
-fn program(py: Python<'_>, arguments: Vec<std::ffi::OsString>) -> u8 {
-    py.detach(|| radgrad_cli::run(arguments))
-}
-
-/// Sets how many threads computations use, unless one has begun. Returns how many they do use.
-#[pyfunction]
-fn threads(py: Python<'_>, count: usize) -> usize {
-    py.detach(|| {
-        // Refused once a pool is there, which then is what counts.
-        let _ = rayon::ThreadPoolBuilder::new().num_threads(count).build_global();
-        rayon::current_num_threads()
-    })
+fn program(py: Python<'_>, arguments: Vec<std::ffi::OsString>) -> PyResult<u8> {
+    pool::computed(py, || radgrad_cli::run(arguments))
 }
 
 #[pymodule]
@@ -43,17 +35,23 @@ mod _radgrad {
     #[pymodule_export]
     use super::audit::{AuditTable, audit_case, audit_families, audit_shard, merge_shards};
     #[pymodule_export]
+    use super::detached::watched_by;
+    #[pymodule_export]
     use super::emitter::{Affine, Emitter, Polynomial};
     #[pymodule_export]
     use super::evaluate::{digits, each, evaluate, hessian, irradiance_vector};
     #[pymodule_export]
     use super::factors::{FactorBlock, FactorMatrix};
     #[pymodule_export]
+    use super::files::{read_regular, write_whole};
+    #[pymodule_export]
+    use super::pool::threads;
+    #[pymodule_export]
+    use super::program;
+    #[pymodule_export]
     use super::scene::SceneCore;
     #[pymodule_export]
     use super::solution::SolutionCore;
     #[pymodule_export]
     use super::tree::Tree;
-    #[pymodule_export]
-    use super::{program, threads};
 }

@@ -13,6 +13,7 @@ use crate::arrays::{rows, slice};
 use crate::detached::{Ended, Stop, detached};
 use crate::emitter::vertices_of;
 use crate::factors::{FactorBlock, FactorMatrix};
+use crate::pool::computed;
 use crate::refused;
 
 /// A scene, and what its reader noted.
@@ -67,7 +68,7 @@ impl SceneCore {
         let materials = if need_materials { Materials::Required } else { Materials::Optional };
         let degenerate = degenerate(drop_degenerate);
         let reading = Reading { degenerate, budget, allow_outside, materials, overlaps, precision, flip: false };
-        py.detach(|| Scene::read(file, reading)).map(Self::of).map_err(refused)
+        computed(py, || Scene::read(file, reading))?.map(Self::of).map_err(refused)
     }
 
     /// From faces, each so many of `corners`, which are indices of `vertices`; reflectance and emitted radiosity in each channel of each
@@ -115,19 +116,19 @@ impl SceneCore {
             });
         }
         let reading = Reading { degenerate: degenerate(drop_degenerate), precision, ..Reading::default() };
-        py.detach(|| Scene::from_faces(channels, faces, reading)).map(Self::of).map_err(refused)
+        computed(py, || Scene::from_faces(channels, faces, reading))?.map(Self::of).map_err(refused)
     }
 
     /// What [`Self::to_bytes`] gave, with the notes beside it.
     #[staticmethod]
     fn from_bytes(py: Python<'_>, bytes: &[u8], notes: Vec<String>) -> PyResult<Self> {
-        let scene = py.detach(|| Scene::from_bytes(bytes)).map_err(refused)?;
+        let scene = computed(py, || Scene::from_bytes(bytes))?.map_err(refused)?;
         Ok(Self { scene: Arc::new(scene), notes })
     }
 
     /// The scene as bytes.
     fn to_bytes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
-        let bytes = py.detach(|| self.scene.to_bytes()).map_err(refused)?;
+        let bytes = computed(py, || self.scene.to_bytes())?.map_err(refused)?;
         Ok(PyBytes::new(py, &bytes))
     }
 
@@ -135,6 +136,12 @@ impl SceneCore {
     #[getter]
     fn notes(&self) -> Vec<String> {
         self.notes.clone()
+    }
+
+    /// The same with more notes.
+    fn noted(&self, notes: Vec<String>) -> Self {
+        let notes = self.notes.iter().cloned().chain(notes).collect();
+        Self { scene: Arc::clone(&self.scene), notes }
     }
 
     /// The same with no reflectance above a value.
@@ -148,6 +155,30 @@ impl SceneCore {
         let mut notes = self.notes.clone();
         notes.extend(scene.notes()[before..].iter().map(ToString::to_string));
         Ok(Self { scene: Arc::new(scene), notes })
+    }
+
+    /// The same with other values on its faces, row by row: of the reflectance, of the emitted radiosity, or both.
+    fn replaced(
+        &self,
+        py: Python<'_>,
+        reflectance: Option<PyReadonlyArrayDyn<'_, f64>>,
+        emission: Option<PyReadonlyArrayDyn<'_, f64>>,
+    ) -> PyResult<Self> {
+        let [shares, emitted] = [&reflectance, &emission].map(|of| of.as_ref().map(|array| slice(array)).transpose());
+        let (shares, emitted) = (shares?, emitted?);
+        let replace = || {
+            let mut scene = match shares {
+                Some(shares) => self.scene.replaced(Quantity::Reflectance, shares)?,
+                None => (*self.scene).clone(),
+            };
+            if let Some(emitted) = emitted {
+                let radiance: Vec<f64> = emitted.iter().map(|radiosity| radiosity / std::f64::consts::PI).collect();
+                scene = scene.replaced(Quantity::Radiance, &radiance)?;
+            }
+            Ok::<_, radgrad_scene::Error>(scene)
+        };
+        let scene = computed(py, replace)?.map_err(refused)?;
+        Ok(Self { scene: Arc::new(scene), notes: self.notes.clone() })
     }
 
     /// Warnings about properties that a modeller probably did not mean, such as a scene without lamps.
@@ -203,10 +234,15 @@ impl SceneCore {
         let (scene, settings) = (Arc::clone(&self.scene), settings.all());
         let work = |stop: &Stop| -> Result<_, Ended> {
             let factors = FormFactors::new(&scene)?;
-            let matrix = in_blocks(&factors, stop, |rows| Ok(factors.block(rows, &settings, || {})?))?;
+            stop.expect(factors.faces().len());
+            let matrix = in_blocks(&factors, stop, |rows| Ok(factors.block(rows, &settings, || stop.step(1))?))?;
             Ok(factors.join(matrix)?)
         };
-        detached(py, false, work).map(|matrix| FactorMatrix { scene: Arc::clone(&self.scene), matrix, settings })
+        detached(py, false, work).map(|matrix| FactorMatrix {
+            scene: Arc::clone(&self.scene),
+            matrix: Arc::new(matrix),
+            settings,
+        })
     }
 
     /// The pairs whose lower face has its row in a block.
@@ -218,14 +254,14 @@ impl SceneCore {
     /// The matrix of blocks of all rows.
     fn join(&self, py: Python<'_>, settings: Settings, blocks: Vec<PyRef<'_, FactorBlock>>) -> PyResult<FactorMatrix> {
         let blocks = blocks.iter().map(|block| block.0.clone()).collect();
-        let matrix = py.detach(|| FormFactors::new(&self.scene)?.join(blocks)).map_err(refused)?;
-        Ok(FactorMatrix { scene: Arc::clone(&self.scene), matrix, settings: settings.all() })
+        let matrix = computed(py, || FormFactors::new(&self.scene)?.join(blocks))?.map_err(refused)?;
+        Ok(FactorMatrix { scene: Arc::clone(&self.scene), matrix: Arc::new(matrix), settings: settings.all() })
     }
 
     /// The areas of faces that have factors.
     #[getter]
     fn row_areas<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let faces = py.detach(|| FormFactors::new(&self.scene).map(|factors| factors.faces())).map_err(refused)?;
+        let faces = computed(py, || FormFactors::new(&self.scene).map(|factors| factors.faces()))?.map_err(refused)?;
         let areas: Vec<f64> = self.scene.polygons().map(radgrad_core::Polygon::area).collect();
         Ok(PyArray1::from_iter(py, faces.into_iter().map(|face| areas[face])))
     }

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use numpy::{PyArray1, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
-use pyo3::types::PyTuple;
+use pyo3::types::{PyBytes, PyTuple};
 use radgrad_certificate::{Certificate, Interval, Place, Request as Certifying, certify, certify_points};
 use radgrad_core::DVec3;
 use radgrad_scene::Scene;
@@ -17,6 +17,7 @@ use rayon::prelude::*;
 
 use crate::arrays::{Shape, vectors};
 use crate::detached::{Ended, detached, failed};
+use crate::pool::{computed, entered};
 use crate::refused;
 use crate::scene::SceneCore;
 
@@ -35,6 +36,25 @@ pub(crate) struct SolutionCore {
 /// Half-width, probability of failure, seed and rays of a certificate; `None` takes what the program does.
 #[derive(Debug, FromPyObject)]
 struct Wished(Option<f64>, Option<f64>, Option<u64>, Option<u64>);
+
+/// A certificate as it is kept: ends of the mean and of what is reflected, the surfaces, probability, seed, walks and rays.
+#[derive(Debug, FromPyObject, IntoPyObject)]
+struct Certified(Vec<[f64; 2]>, Vec<[f64; 2]>, Vec<Vec<f64>>, f64, u64, usize, u64);
+
+impl Certified {
+    /// A certificate of a solution with as many channels.
+    fn made(self, of: &Solution) -> PyResult<Certificate> {
+        let Self(mean, reflected, surfaces, delta, seed, walks, rays) = self;
+        let is_interval = |[lower, upper]: &[f64; 2]| lower <= upper;
+        let is_whole = [&mean, &reflected].iter().all(|ends| ends.len() == of.channels().len() && ends.iter().all(is_interval));
+        if !(is_whole && 0.0 < delta && delta < 1.0 && surfaces.iter().all(|surface| surface.len() == of.channels().len())) {
+            return Err(refused("the certificate that was kept is none of this solution"));
+        }
+        let [mean, reflected] =
+            [mean, reflected].map(|ends| ends.into_iter().map(|[lower, upper]| Interval { lower, upper }).collect());
+        Ok(Certificate { mean, reflected, surfaces, delta, seed, walks, rays })
+    }
+}
 
 /// Points, their normals, whether they are taken to be on faces (else those near one are), and the shape that both have together.
 #[derive(Debug, FromPyObject)]
@@ -102,7 +122,8 @@ impl SolutionCore {
                 let _ = sender.send(Seen::End(Box::new(solved)));
             }
         };
-        std::thread::spawn(run);
+        let inside = entered()?;
+        std::thread::spawn(|| inside.install(run));
         let receiver = Mutex::new(receiver);
         loop {
             let seen = py.detach(|| match receiver.lock() {
@@ -133,6 +154,36 @@ impl SolutionCore {
                 }
             }
         }
+    }
+
+    /// The solution as bytes, and how long it took.
+    fn to_bytes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+        let bytes = computed(py, || [&self.seconds.to_le_bytes()[..], &self.solution.to_bytes()].concat())?;
+        Ok(PyBytes::new(py, &bytes))
+    }
+
+    /// The solution of a scene that was made into bytes, without solving.
+    #[staticmethod]
+    fn from_bytes(
+        py: Python<'_>,
+        scene: PyRef<'_, SceneCore>,
+        request: Request,
+        bytes: &[u8],
+        certificate: Option<Certified>,
+    ) -> PyResult<Self> {
+        let scene = Arc::clone(&scene.scene);
+        let (seconds, rest) = bytes.split_first_chunk().ok_or_else(|| refused("there are no bytes of a solution"))?;
+        let made = detached(py, false, |_| Ok(Solution::from_bytes(&scene, rest)?))?;
+        let seconds = f64::from_le_bytes(*seconds);
+        let certificate = certificate.map(|of| of.made(&made)).transpose()?;
+        Ok(Self { solution: Arc::new(made), scene, error: request.error, seconds, certificate: Mutex::new(certificate) })
+    }
+
+    /// The certificate that was made last, of which [`Self::from_bytes`] makes it again.
+    fn certificate(&self) -> Option<Certified> {
+        let Certificate { mean, reflected, surfaces, delta, seed, walks, rays } = self.kept().clone()?;
+        let [mean, reflected] = [mean, reflected].map(|of| of.iter().map(ends).collect());
+        Some(Certified(mean, reflected, surfaces, delta, seed, walks, rays))
     }
 
     /// At points, row by row: radiosity and estimate, the same of the irradiance, and the faces that they are on: -1 in free space,
@@ -222,13 +273,13 @@ impl SolutionCore {
     fn summary(&self, py: Python<'_>) -> PyResult<String> {
         let Self { solution, scene, error, seconds, .. } = self;
         let certificate = self.kept().clone();
-        py.detach(|| radgrad_cli::file::summary(solution, scene, certificate.as_ref(), *error, *seconds)).map_err(refused)
+        computed(py, || radgrad_cli::file::summary(solution, scene, certificate.as_ref(), *error, *seconds))?.map_err(refused)
     }
 
     /// Writes a solution to a `.vtu` or `.ply`.
     fn write(&self, py: Python<'_>, file: PathBuf) -> PyResult<()> {
         let certificate = self.kept().clone();
-        py.detach(|| radgrad_cli::file::solution(&self.solution, &self.scene, certificate.as_ref(), &file))
+        computed(py, || radgrad_cli::file::solution(&self.solution, &self.scene, certificate.as_ref(), &file))?
             .map_err(pyo3::exceptions::PyOSError::new_err)
     }
 
@@ -281,10 +332,12 @@ impl SolutionCore {
     ) -> PyResult<Vec<T>> {
         let (points, normals, shape) = (vectors(&points)?, vectors(&normals)?, Shape(shape));
         detached(py, false, |stop| {
+            stop.expect(points.len());
             let one = |(index, point): (usize, &DVec3)| {
                 if stop.is_set() {
                     return Err(Ended::Stopped);
                 }
+                stop.step(1);
                 let normal = normals[if normals.len() == 1 { 0 } else { index }];
                 let refused = |reason: String| Ended::Refused(format!("{}{reason}", shape.place(index)));
                 let is_on_face = on_face.unwrap_or_else(|| self.solution.is_on_a_face(*point));
@@ -320,6 +373,5 @@ fn of_irradiance(found: Irradiance) -> [Vec<f64>; 2] {
 }
 
 fn run(scene: &Scene, options: &Options, mut watch: impl FnMut(&Progress) -> bool) -> Result<Solution, String> {
-    radgrad_scene::check_host().map_err(|error| error.to_string())?;
     solve(scene, options, |solution| watch(solution.progress())).map_err(|error| error.to_string())
 }

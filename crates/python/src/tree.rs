@@ -9,6 +9,7 @@ use radgrad_core::batch::{Answers, EmitterTree, Engine, Receivers};
 use crate::arrays::{Points, Shape};
 use crate::detached::{Ended, detached};
 use crate::emitter::Emitter;
+use crate::pool::computed;
 
 /// Emitters in a tree.
 #[pyclass(frozen, module = "radgrad._radgrad")]
@@ -24,9 +25,9 @@ type Totals<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>, Bound<
 #[pymethods]
 impl Tree {
     #[new]
-    fn new(py: Python<'_>, emitters: Vec<PyRef<'_, Emitter>>) -> Self {
+    fn new(py: Python<'_>, emitters: Vec<PyRef<'_, Emitter>>) -> PyResult<Self> {
         let emitters: Vec<radgrad_core::Emitter> = emitters.iter().map(|emitter| emitter.0.clone()).collect();
-        Self(py.detach(|| EmitterTree::owning(emitters)))
+        computed(py, || EmitterTree::owning(emitters)).map(Self)
     }
 
     /// How many emitters there are.
@@ -53,7 +54,9 @@ impl Tree {
             let [position, normal] = [points.positions, points.normals].map(|rows| [0, 1, 2].map(|axis| column(rows, axis)));
             let (mut radiosity, mut error, mut answers) = (Vec::with_capacity(count), Vec::with_capacity(count), Answers::new());
             let mut tally = radgrad_core::batch::Tally::default();
+            stop.expect(count);
             for start in (0..count).step_by(CHUNK) {
+                stop.step(start.min(CHUNK));
                 if stop.is_set() {
                     return Err(Ended::Stopped);
                 }

@@ -57,3 +57,36 @@ def test_a_solve_gives_its_last_round_at_ctrl_c(data):
     took, result, counted = interrupted(1.0, lambda: scene.solve(error=1e-6, progress=rounds.append))
     assert isinstance(result, rg.Solution) and counted > 20
     assert result.summary["rounds"] == len(rounds) >= 1 and result.summary["estimate"] > 1e-6
+
+
+LONG = {
+    "hessian": lambda of: rg.hessian(of["x"][:300_000], [0, 0, 1], of["lamp"], of["screens"]),
+    "each": lambda of: rg.each(of["x"], [0, 0, 1], [of["lamp"]] * 8),
+    "irradiance_vector": lambda of: rg.irradiance_vector(of["x"], [0, 0, 1], [of["lamp"]] * 30),
+    "total": lambda of: rg.EmitterTree([of["lamp"]] * 500).total(of["x"], [0, 0, 1], atol=1e-12),
+    "verify": lambda of: rg.verify(cases=10**7),
+    "factors": lambda of: of["scene"].factors(tolerance=1e-7, most_cells=10**9),
+    "gather": lambda of: of["solution"].gather(of["places"], [0, 0, 1], on="free"),
+    "gradient": lambda of: of["solution"].gradient(of["places"], [0, 0, 1], on="free"),
+}
+
+
+@pytest.fixture(scope="module")
+def long(room, data):
+    random = np.random.default_rng(1)
+    return {
+        "lamp": rg.Emitter([[0, 0, 1], [0, 1, 1], [1, 1, 1], [1, 0, 1]], [1, 2, 3, 2]),
+        "screens": [[[0.1 * i, 0, 0.5], [0.1 * i + 0.05, 0, 0.5], [0.1 * i + 0.05, 1, 0.5]] for i in range(10)],
+        "x": random.random((2_000_000, 3)) * [1, 1, 0.1],
+        "scene": rg.Scene.read(data / "scenes/cornell.obj"),
+        "solution": room.solve(error=0.05),
+        "places": random.random((2_000_000, 3)) * 0.8 + 0.1,
+    }
+
+
+@pytest.mark.parametrize("call", LONG)
+def test_ctrl_c_ends_every_long_call_and_leaves_all_usable(long, call):
+    took, result, counted = interrupted(0.5, lambda: LONG[call](long))
+    assert isinstance(result, KeyboardInterrupt), "it ended before"
+    assert took < 60 and counted > 10
+    assert rg.evaluate([0.5, 0.5, 0.0], [0, 0, 1], long["lamp"]).radiosity > 0

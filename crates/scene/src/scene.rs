@@ -18,6 +18,7 @@ mod note;
 pub(crate) mod overlaps;
 mod precision;
 mod prepared;
+mod replaced;
 mod seams;
 pub(crate) mod split;
 mod vertices;

@@ -25,6 +25,12 @@ impl Clock {
         Self { start: Instant::now(), end: None }
     }
 
+    /// One that never ends, or ended already.
+    pub(crate) fn that_ended(is_over: bool) -> Self {
+        let start = Instant::now();
+        Self { start, end: is_over.then_some(start) }
+    }
+
     pub(crate) fn elapsed(&self) -> Duration {
         self.start.elapsed()
     }

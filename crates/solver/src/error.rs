@@ -20,6 +20,12 @@ pub enum Error {
         /// The rule that it breaks.
         source: radgrad_core::Error,
     },
+    /// Bytes are no solution of a scene.
+    #[error("bytes are no solution of this scene, as this version writes it: {rule}")]
+    Bytes {
+        /// The rule that they break.
+        rule: &'static str,
+    },
     /// A radiosity cannot be represented.
     #[error("a radiosity on face {face}: {source}")]
     Evaluation {

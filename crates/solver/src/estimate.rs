@@ -30,11 +30,13 @@ pub(crate) mod unseen;
 
 use std::sync::OnceLock;
 
+use crate::bytes::Bytes;
 use crate::error::Error;
 use crate::estimate::ledger::Ledger;
 use crate::estimate::point::Points;
-use crate::estimate::residual::Residuals;
+use crate::estimate::residual::{Residual, Residuals};
 use crate::mesh::Mesh;
+use crate::once::made;
 use crate::system::System;
 
 /// Estimates for each channel.
@@ -52,7 +54,32 @@ pub(crate) struct ErrorEstimate {
     points: OnceLock<Points>,
 }
 
+impl Bytes for ErrorEstimate {
+    fn put(&self, to: &mut Vec<u8>) {
+        let Self { mean, residuals, weights, shares, points: _ } = self;
+        mean.put(to);
+        residuals.put(to);
+        weights.put(to);
+        shares.put(to);
+    }
+
+    fn take(from: &mut &[u8]) -> Option<Self> {
+        let (mean, residuals) = (Bytes::take(from)?, Bytes::take(from)?);
+        Some(Self { mean, residuals, weights: Bytes::take(from)?, shares: Bytes::take(from)?, points: OnceLock::new() })
+    }
+}
+
 impl ErrorEstimate {
+    /// Whether it is of so many elements and channels.
+    pub(crate) fn is_of(&self, elements: usize, channels: usize) -> bool {
+        let is_each = |of: &Vec<Residual>| of.len() == channels || of.is_empty();
+        self.mean.len() == channels
+            && self.shares.len() == channels
+            && self.residuals.iter().all(|of| of.len() == elements && of.iter().all(is_each))
+            && self.weights.len() == elements
+            && self.weights.iter().all(|of| of.len() == channels || of.is_empty())
+    }
+
     /// Estimates the error all over the mesh from the projection residuals of direct and of reflected light.
     ///
     /// # Errors
@@ -67,7 +94,7 @@ impl ErrorEstimate {
 
     /// Estimates at points.
     pub(crate) fn points(&self, system: &System) -> &Points {
-        self.points.get_or_init(|| Points::from_mean(system, self))
+        made(&self.points, || Points::from_mean(system, self))
     }
 
     /// How much a receiver adds to the estimate of the mean magnitude, for a residual of that mean.

@@ -8,6 +8,7 @@ use radgrad_scene::{largest, smallest};
 pub(crate) mod acceleration;
 pub(crate) mod gathering;
 
+use crate::bytes::bytes_of;
 use crate::links::cluster::glow::ClusterEmission;
 use crate::links::transfer::{Kernel, Row};
 use crate::mesh::Mesh;
@@ -42,6 +43,18 @@ impl Field {
             rms: none,
             glows: vec![dark; channels],
         }
+    }
+
+    /// Whether it is one of this mesh, in so many channels.
+    pub(crate) fn is_of(&self, mesh: &Mesh, channels: usize) -> bool {
+        let elements = mesh.elements().len();
+        let is_each = |of: &Vec<Vec<f64>>| of.len() == elements && of.iter().all(|of| of.len() == channels);
+        self.channels == channels
+            && self.coefficients.len() == elements
+            && self.coefficients.iter().enumerate().all(|(index, of)| of.len() == channels * mesh.basis(index).len())
+            && [&self.mean_square, &self.truncation, &self.rms].into_iter().all(is_each)
+            && self.glows.len() == channels
+            && self.glows.iter().all(|glows| glows.len() == mesh.clusters().clusters().len())
     }
 
     /// Makes room for elements that the mesh has got since, the restriction of their parent to them.
@@ -203,3 +216,5 @@ impl Field {
 fn add_to(coefficients: &mut [f64], change: &[f64]) {
     coefficients.iter_mut().zip(change).for_each(|(c, change)| *c += change);
 }
+
+bytes_of!(Field { channels, coefficients, mean_square, truncation, rms, glows });

@@ -29,12 +29,14 @@
 //! Radiosities are pi times the radiance of the scene's materials, in its unit. `examples/two_squares.rs` shows the error, its
 //! estimate and their ratio as the mesh is refined.
 
+mod bytes;
 mod clock;
 mod error;
 mod estimate;
 mod field;
 mod links;
 mod mesh;
+mod once;
 #[doc(hidden)]
 pub mod parts;
 mod picture;

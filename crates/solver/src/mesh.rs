@@ -18,11 +18,12 @@ pub(crate) mod texture;
 use radgrad_core::{DVec3, Polygon, Receiver};
 use radgrad_scene::{Beam, Occluders, Scene, largest, smallest, triangulate};
 
+use crate::bytes::Bytes;
 use crate::error::Error;
 use crate::mesh::basis::Basis;
 use crate::mesh::clusters::Clusters;
 use crate::mesh::element::{Element, around};
-use crate::mesh::outline::{Cut, LARGE, MOST_SLICES, is_long, slices, with_parallelogram};
+use crate::mesh::outline::{Cut, Given, LARGE, MOST_SLICES, is_long, slices, with_parallelogram};
 use crate::mesh::screen::Screen;
 use crate::mesh::shape::Shape;
 
@@ -55,6 +56,8 @@ pub struct Mesh {
     clusters: Clusters,
     /// The elements that each face was first cut into.
     roots_of_face: Vec<Vec<usize>>,
+    /// How faces were first cut.
+    given: Given,
 }
 
 /// A point's or an element's sight of a source.
@@ -66,6 +69,28 @@ pub(crate) enum Sight {
     Clear,
     /// These faces may be.
     Past(Vec<usize>),
+}
+
+impl Bytes for Sight {
+    fn put(&self, to: &mut Vec<u8>) {
+        match self {
+            Self::Nothing(face) => (0_usize, *face).put(to),
+            Self::Clear => 1_usize.put(to),
+            Self::Past(faces) => {
+                2_usize.put(to);
+                faces.put(to);
+            }
+        }
+    }
+
+    fn take(from: &mut &[u8]) -> Option<Self> {
+        match usize::take(from)? {
+            0 => Bytes::take(from).map(Self::Nothing),
+            1 => Some(Self::Clear),
+            2 => Bytes::take(from).map(Self::Past),
+            _ => None,
+        }
+    }
 }
 
 impl Sight {
@@ -160,6 +185,7 @@ impl Mesh {
             elements,
             roots,
             roots_of_face,
+            given: cut.given(),
         })
     }
 
@@ -299,6 +325,11 @@ impl Mesh {
         let mut divided: Vec<usize> = (0..self.elements.len()).filter(|&e| !self.elements[e].is_leaf()).collect();
         divided.sort_by_key(|&e| self.elements[e].children);
         divided
+    }
+
+    /// How faces were first cut: [`Cut::of`] it gives the same elements.
+    pub(crate) const fn given(&self) -> &Given {
+        &self.given
     }
 
     /// How many elements there were before any was divided.

@@ -26,6 +26,7 @@ pub(crate) mod options;
 mod queries;
 pub(crate) mod rounds;
 mod samples;
+mod saved;
 mod second;
 mod serve;
 mod served;

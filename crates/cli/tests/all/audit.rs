@@ -107,3 +107,54 @@ fn a_program_that_does_not_answer_is_refused_and_says_so() {
     let echoed = audit("cat", &["--cases", "2", "--family", "generic"]);
     assert!(text(&echoed).contains("no radiosity"), "{}", text(&echoed));
 }
+
+#[test]
+fn a_program_that_hangs_or_answers_without_end_is_ended() {
+    let of = |program: &str, more: &[&str]| {
+        let output = audit(program, &[&["--cases", "2", "--family", "generic"][..], more].concat());
+        assert_eq!(output.status.code(), Some(2), "{program}: {output:?}");
+        String::from_utf8_lossy(&output.stderr).into_owned()
+    };
+    assert!(of("sleep 1000", &["--seconds", "1"]).contains("no answer came in time after 0 of 2"));
+    assert!(of("sleep 1000 & sleep 1000", &["--seconds", "1"]).contains("--seconds"));
+    assert!(of("yes '{}'", &[]).contains("more than 2 cases"));
+    assert!(of("cat /dev/zero", &[]).contains("longer than"));
+    if cfg!(target_os = "linux") {
+        // A shell's own memory: it fails, and its line is missing.
+        assert!(of("x=x; while :; do x=$x$x; done", &["--memory", "64", "--seconds", "20"]).contains("0 of 2 cases"));
+    }
+}
+
+#[test]
+fn what_a_program_answers_is_shown_escaped_and_nothing_answered_is_a_failure() {
+    let answer = r#"while read line; do printf '{"error":"\\u001b[2J\\u001b[31mboo"}\n'; done"#;
+    let output = audit(answer, &["--cases", "2", "--family", "generic"]);
+    assert_eq!(output.status.code(), Some(1), "{output:?}");
+    assert!(!output.stdout.contains(&0x1b) && text(&output).contains("boo"), "{}", text(&output));
+    assert!(text(&output).contains("nothing was answered"), "{}", text(&output));
+}
+
+#[test]
+fn gates_are_read_as_scenes_are_and_not_quoted() {
+    let folder = folder("gates");
+    let secret = folder.join("secret.txt");
+    fs::write(&secret, "root:x:0:0:secret\n").unwrap();
+    for (gates, words) in [(secret.to_str().unwrap(), "line 1: expected `[all]`"), ("/dev/zero", "/dev/zero"), ("/", "/")] {
+        let output = audit("cat", &["--cases", "1", "--family", "generic", "--gates", gates]);
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.code() == Some(2) && said.contains(words) && !said.contains("secret\n"), "{said}");
+    }
+    fs::remove_dir_all(folder).unwrap();
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_standard_output_is_a_sentence() {
+    let full = fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+    let program = format!("'{RADGRAD}' eval -");
+    let arguments = ["audit", "--program", &program, "--cases", "1", "--family", "generic"];
+    let output = Command::new(RADGRAD).args(arguments).stdout(full).stderr(std::process::Stdio::piped()).spawn().unwrap();
+    let output = output.wait_with_output().unwrap();
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.code() == Some(2) && said.contains("cannot write to the standard output"), "{said}");
+}

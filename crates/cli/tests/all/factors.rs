@@ -139,8 +139,8 @@ fn no_file_is_lost_to_a_name_that_slipped() {
         ("--resume notes.txt", "`notes.txt` is no file of --resume, and is left as it is"),
         ("--resume other.jsonl", "`other.jsonl` is no file of --resume"),
         ("--resume cornell.obj", "`cornell.obj` is no file of --resume"),
-        ("--out a.csv --resume ./a.csv", "--resume is `./a.csv`, which is written for --out too"),
-        ("--out a.txt --resume a.bounds.txt", "--resume is `a.bounds.txt`, which is written for --out too"),
+        ("--out a.csv --resume ./a.csv", "--resume is `./a.csv`, which is that of --out too"),
+        ("--out a.txt --resume a.bounds.txt", "--resume is `a.bounds.txt`, which is that of --out too"),
         ("--resume rows.jsonl --relative 0.5", "it was written for another scene or other settings"),
     ] {
         let (status, said) = status_and_said(&folder.factors(&format!("{settings} {arguments}")));

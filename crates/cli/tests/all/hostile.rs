@@ -165,7 +165,31 @@ fn what_is_no_file_is_neither_read_nor_replaced() {
     assert_eq!(run(&["factors", "lit.obj", "--out", "link.csv"]).0, Some(0));
     assert!(folder.0.join("link.csv").is_symlink() && folder.0.join("target.csv").is_file());
     let (status, said) = run(&["solve", "lit.obj", "--points", "lit.obj", "--answers", "lit.obj"]);
-    assert!(status == Some(2) && said.contains("are one file"), "{said}");
+    assert!(status == Some(2) && said.contains("--answers is `lit.obj`, which is the scene"), "{said}");
+}
+
+#[test]
+fn no_output_of_a_solve_is_another_file_of_the_run() {
+    let folder = folder("outputs");
+    for file in ["lit.obj", "lit.mtl"] {
+        fs::copy(Path::new(HOSTILE).join(file), folder.0.join(file)).unwrap();
+    }
+    fs::write(folder.0.join("points.txt"), "0 0 0 0 0 1\n").unwrap();
+    let before = |file: &str| fs::read(folder.0.join(file)).unwrap();
+    let [scene, library, points] = ["lit.obj", "lit.mtl", "points.txt"].map(before);
+    let camera = ["--camera", "0 0 1 0 0 0 0 1 0 60"];
+    for (arguments, words) in [
+        (&["--points", "points.txt", "--answers", "lit.mtl"][..], "--answers is `lit.mtl`, which is named in the scene"),
+        (&["--points", "points.txt", "--answers", "./points.txt"], "which is read for --points"),
+        (&["--resume", "lit.mtl"], "--resume is `lit.mtl`"),
+        (&["--out", "new.vtu", "--resume", "./new.vtu"], "which is that of --out too"),
+        (&["--view", "a.png", "--points", "points.txt", "--answers", "a.png", camera[0], camera[1]], "that of --view too"),
+    ] {
+        let output = radgrad(&folder.0, &[&["solve", "lit.obj"], arguments].concat());
+        assert!(output.status.code() == Some(2) && said(&output).contains(words), "{arguments:?}: {}", said(&output));
+    }
+    assert_eq!(["lit.obj", "lit.mtl", "points.txt"].map(before), [scene, library, points]);
+    assert!(!folder.0.join("new.vtu").exists() && !folder.0.join("a.png").exists());
 }
 
 #[cfg(target_os = "linux")]

@@ -2,6 +2,7 @@
 
 mod audit;
 mod certified;
+mod doors;
 mod eval;
 mod factors;
 mod folder;

@@ -2,6 +2,7 @@
 
 - `evaluate`: what points get from emitters, with gradients and bounds; `digits`, `hessian`, `irradiance_vector`, `each`, `EmitterTree`.
 - `Scene`: surfaces with materials, from files or arrays; its form factors (`Scene.factors`) and its radiosity (`Scene.solve`).
+- `heat`: temperatures of grey bodies that exchange heat by radiation.
 - `audit`: someone else's code held to truth; `verify`: ours.
 - `radgrad.distributed`: the same on a Dask cluster.
 
@@ -33,8 +34,11 @@ from ._evaluate import (
     hessian,
     irradiance_vector,
 )
-from ._radgrad import threads
-from ._scene import Certificate, Factors, Gathered, Picture, Round, Scene, Slopes, Solution
+from ._factors import Factors, ReaderWarning, Rows, ToleranceWarning
+from ._heat import Heat, heat
+from ._progress import Step, threads
+from ._scene import Scene
+from ._solution import Certificate, Gathered, Picture, Round, Slopes, Solution
 
 __all__ = [
     "METHODS",
@@ -48,13 +52,18 @@ __all__ = [
     "EmitterTree",
     "Factors",
     "Gathered",
+    "Heat",
     "Hessian",
     "Picture",
     "Polynomial",
+    "ReaderWarning",
     "Round",
+    "Rows",
     "Scene",
     "Slopes",
     "Solution",
+    "Step",
+    "ToleranceWarning",
     "Total",
     "audit",
     "audit_families",
@@ -63,6 +72,7 @@ __all__ = [
     "distributed",
     "each",
     "evaluate",
+    "heat",
     "hessian",
     "irradiance_vector",
     "threads",

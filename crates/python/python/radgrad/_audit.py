@@ -9,8 +9,12 @@ from typing import Any, Callable, Iterator, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
-from . import _radgrad
+from . import _radgrad, _store
 from ._evaluate import Emitter, Floats
+from ._progress import Progress, watching
+from ._shown import pandas
+from ._shown import table as shown_table
+from ._store import PathLike
 
 #: What `audit` calls: a case in, radiosity out, or radiosity and gradient.
 Function = Callable[["Case"], Union[float, Tuple[float, Any]]]
@@ -69,8 +73,45 @@ class AuditReport:
         """The same to two digits."""
         return self._rows("figures")
 
+    def frame(self, table: str = "figures") -> Any:
+        """A table as a pandas frame, numbers as numbers."""
+        return pandas().read_csv(io.StringIO(self.csv(table)))
+
+    def save(self, file: PathLike) -> None:
+        """Keep all tables in a ``.npz``, of which `load` makes the report again."""
+        _store.save(file, "AuditReport", {}, {"tables": self._table.to_json().encode()})
+
+    @classmethod
+    def load(cls, file: PathLike, budget: int = _store.BUDGET) -> "AuditReport":
+        """What `save` wrote. `budget` bytes may be read.
+
+        A `ValueError` if the file is no such file or is damaged, an `OSError` if it cannot be read.
+        """
+        return _report(_store.load(file, "AuditReport", ("tables",), budget)[1]["tables"].decode())
+
+    def __reduce__(self) -> Any:
+        return _report, (self._table.to_json(),)
+
+    def __eq__(self, other: object) -> bool:
+        """Whether all counts, errors and worst cases are the same."""
+        return self._table.to_json() == other._table.to_json() if isinstance(other, AuditReport) else NotImplemented
+
+    __hash__ = None  # type: ignore[assignment]
+
     def __str__(self) -> str:
         return self.csv("figures")
+
+    def __repr__(self) -> str:
+        families = list(dict.fromkeys(row["family"] for row in self.outcomes))
+        return f"<radgrad.AuditReport: {len(self)} cases of {len(families)} families>"
+
+    def _repr_html_(self) -> str:
+        rows = [(f"{row['family']}, {row['quantity']}", row["worst"]) for row in self.figures]
+        return shown_table(f"{len(self)} cases: worst relative errors", rows)
+
+
+def _report(tables: str) -> AuditReport:
+    return AuditReport(_radgrad.AuditTable.from_json(tables))
 
 
 def audit_families() -> "list[str]":
@@ -78,7 +119,9 @@ def audit_families() -> "list[str]":
     return _radgrad.audit_families()
 
 
-def verify(cases: int = 42_000, seed: int = 1, families: Sequence[str] = ()) -> AuditReport:
+def verify(
+    cases: int = 42_000, seed: int = 1, families: Sequence[str] = (), progress: Progress = None
+) -> AuditReport:
     """Measure our own answers in random cases, as `cargo xtask verify` does. Ctrl-C ends it.
 
     Parameters
@@ -89,6 +132,8 @@ def verify(cases: int = 42_000, seed: int = 1, families: Sequence[str] = ()) -> 
         The same seed gives the same cases on every machine.
     families : list of str
         Only these: ``radgrad.audit_families()`` has the names.
+    progress : bool or callable, optional
+        As of `Scene.factors`, by cases.
 
     Examples
     --------
@@ -98,7 +143,8 @@ def verify(cases: int = 42_000, seed: int = 1, families: Sequence[str] = ()) -> 
     ['3', '3']
     """
     _checked(cases, seed)
-    return AuditReport(_radgrad.merge_shards([_radgrad.audit_shard(cases, seed, list(families), 0, 1)]))
+    with watching(progress, "verify: cases"):
+        return AuditReport(_radgrad.merge_shards([_radgrad.audit_shard(cases, seed, list(families), 0, 1)]))
 
 
 def _checked(cases: int, seed: int) -> None:

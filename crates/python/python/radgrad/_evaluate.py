@@ -10,7 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _radgrad
+from ._progress import Progress, watching
 from ._radgrad import Affine, Polynomial
+from ._shown import Shown, table
 
 #: What may answer, the cheapest first; `Answer.method` names one of these for each point.
 METHODS: Tuple[str, ...] = ("zero", "quadrature", "closed-form", "double-double", "arbitrary-precision", "on-surface")
@@ -20,11 +22,28 @@ Floats = NDArray[Any]
 
 def _numbers(value: Any, what: str, dtype: Any = np.float64) -> Floats:
     """An array of numbers, or an error that names it."""
+    if isinstance(value, np.ma.MaskedArray):
+        raise ValueError(f"{what} is a masked array: fill it ({what}.filled(...)) or leave out what is masked ({what}.compressed())")
     try:
-        array = np.asarray(value, dtype=dtype)
+        given = np.asarray(value)
+        if given.dtype.kind == "c" or (given.dtype.kind == "O" and any(isinstance(one, complex) for one in given.flat)):
+            raise ValueError(f"{what} is complex: expected real numbers; take the real part ({what}.real) if that is what is meant")
+        if given.dtype.kind not in "biufO":
+            raise ValueError(f"{what} is an array of {given.dtype}: expected numbers; convert it first ({what}.astype(float))")
+        array = given.astype(dtype, copy=False)
     except (TypeError, ValueError) as error:
+        if str(error).startswith(what):
+            raise
         raise ValueError(f"{what}: expected numbers: {error}") from None
     return array
+
+
+def _number(value: Any, what: str, rule: str = "a number") -> float:
+    """A number, or an error that names it."""
+    array = _numbers(value, what)
+    if array.ndim != 0:
+        raise ValueError(f"{what} has shape {array.shape}: it must be {rule}")
+    return float(array)
 
 
 def _whole(array: Floats) -> Floats:
@@ -83,7 +102,7 @@ class Emitter(_radgrad.Emitter):
             if values.ndim > 1:
                 raise ValueError(f"emission has shape {values.shape}: expected a number, or (vertices,)")
             emission = float(values) if values.ndim == 0 else _whole(values)
-        return super().__new__(cls, _outline(vertices, "vertices"), emission, precision)
+        return super().__new__(cls, _outline(vertices, "vertices"), emission, _number(precision, "precision", "a length"))
 
     def emission_at(self, points: ArrayLike) -> Floats:
         """Emission at points of the emitter's plane, of shape (..., 3): an array of shape (...)."""
@@ -94,12 +113,15 @@ class Emitter(_radgrad.Emitter):
         precision = f", precision={self.precision!r}" if self.precision else ""
         return f"Emitter({self.vertices.tolist()}, {self.emission!r}{precision})"
 
+    def _repr_html_(self) -> str:
+        return table("Emitter", [("vertices", self.vertices.tolist()), ("emission", self.emission), ("area", f"{self.area:.6g}")])
+
 
 Emitters = Union[Emitter, Sequence[Emitter]]
 
 
-@dataclass(frozen=True)
-class Answer:
+@dataclass(frozen=True, eq=False)
+class Answer(Shown):
     """Radiosity and gradient with proven bounds. `S` is the shape of the points."""
 
     #: `S`: radiosity, in the unit of the emission.
@@ -112,6 +134,9 @@ class Answer:
     gradient_error: Floats
     #: `S`: places in `METHODS` of what answered; of several emitters the dearest.
     method_code: NDArray[np.uint8]
+
+    def _shape(self) -> "Tuple[int, ...]":
+        return np.shape(self.radiosity)
 
     @property
     def method(self) -> NDArray[np.str_]:
@@ -133,8 +158,8 @@ class Digits:
     gradient_error: Decimal
 
 
-@dataclass(frozen=True)
-class Hessian:
+@dataclass(frozen=True, eq=False)
+class Hessian(Shown):
     """Second derivatives with a proven bound. `S` is the shape of the points."""
 
     #: `S + (3, 3)`: in the unit of the emission over the unit of length squared.
@@ -144,9 +169,12 @@ class Hessian:
     #: `S`: places in `METHODS` of what answered.
     method_code: NDArray[np.uint8]
 
+    def _shape(self) -> "Tuple[int, ...]":
+        return np.shape(self.error)
 
-@dataclass(frozen=True)
-class Total:
+
+@dataclass(frozen=True, eq=False)
+class Total(Shown):
     """What points get from very many emitters. `S` is the shape of the points."""
 
     #: `S`: radiosity, in the unit of the emission.
@@ -156,6 +184,9 @@ class Total:
     #: What became of the emitters, summed over the points: `below` the horizon, `behind` themselves, too `weak` to count, answered
     #: `together` as far fields, or `alone`.
     counts: "dict[str, int]"
+
+    def _shape(self) -> "Tuple[int, ...]":
+        return np.shape(self.radiosity)
 
 
 def _listed(emitters: Any) -> "list[Any]":
@@ -177,8 +208,7 @@ def _hiding(occluders: Any) -> "list[tuple[Floats, float]]":
 
 def _broadcast(x: Any, normal: Any, reflectance: Any, single: bool) -> "tuple[tuple[int, ...], Floats, Floats, Floats]":
     """The shape of the points, and rows of positions, normals and reflectances: of the latter as many, or one for all."""
-    given = np.asarray(x)
-    dtype = np.float32 if single and given.dtype == np.float32 else np.float64
+    dtype = np.float32 if single and getattr(x, "dtype", None) == np.float32 else np.float64
     positions, normals = _rows(x, "x", dtype), _rows(normal, "normal", dtype)
     shares = _numbers(reflectance, "reflectance", dtype)
     try:
@@ -198,7 +228,7 @@ def _broadcast(x: Any, normal: Any, reflectance: Any, single: bool) -> "tuple[tu
 
 
 def _relative(rtol: Any, dtype: Any) -> float:
-    return float(rtol) if rtol is not None else (1e-5 if dtype == np.float32 else 1e-12)
+    return _number(rtol, "rtol", "a number from 0 to 1") if rtol is not None else (1e-5 if dtype == np.float32 else 1e-12)
 
 
 def evaluate(
@@ -208,6 +238,7 @@ def evaluate(
     occluders: Sequence[Any] = (),
     reflectance: ArrayLike = 1.0,
     rtol: Union[float, None] = None,
+    progress: Progress = None,
 ) -> Answer:
     """Radiosity and its gradient at points due to emitters, with proven bounds.
 
@@ -229,6 +260,8 @@ def evaluate(
     rtol : float, optional
         Relative error that is asked of each emitter's value and gradient (of its norm): 1e-12 unless given, 1e-5 in single precision.
         Where nothing meets it, the bounds say what was reached.
+    progress : bool or callable, optional
+        Tell how far it is: by a line, or by a call with a `Step`. By default a line after two seconds in a terminal or a notebook.
 
     Returns
     -------
@@ -255,7 +288,8 @@ def evaluate(
     listed, hiding = _listed(emitters), _hiding(occluders)
     shape, positions, normals, shares = _broadcast(x, normal, reflectance, single=True)
     tolerance = _relative(rtol, positions.dtype)
-    found = _radgrad.evaluate(positions, normals, shares, listed, hiding, tolerance, list(shape))
+    with watching(progress, "evaluate"):
+        found = _radgrad.evaluate(positions, normals, shares, listed, hiding, tolerance, list(shape))
     return _answer(found, shape)
 
 
@@ -291,7 +325,7 @@ def each(
     """
     listed = _listed(emitters)
     shape, positions, normals, shares = _broadcast(x, normal, reflectance, single=False)
-    found = _radgrad.each(positions, normals, shares, listed, float(rtol), list(shape))
+    found = _radgrad.each(positions, normals, shares, listed, _relative(rtol, None), list(shape))
     return _answer(found, (*shape, len(listed)))
 
 
@@ -380,7 +414,7 @@ def hessian(
     """
     listed, hiding = _listed(emitters), _hiding(occluders)
     shape, positions, normals, shares = _broadcast(x, normal, reflectance, single=False)
-    matrix, error, method = _radgrad.hessian(positions, normals, shares, listed, hiding, float(rtol), list(shape))
+    matrix, error, method = _radgrad.hessian(positions, normals, shares, listed, hiding, _relative(rtol, None), list(shape))
     return Hessian(matrix.reshape((*shape, 3, 3)), error.reshape(shape)[()], method.reshape(shape)[()])
 
 
@@ -449,5 +483,5 @@ class EmitterTree:
         error that is asked for: a `ValueError` if it is not a positive number. The bounds say what was reached.
         """
         shape, positions, normals, shares = _broadcast(x, normal, reflectance, single=False)
-        radiosity, error, counts = self._tree.total(positions, normals, shares, float(atol), list(shape))
+        radiosity, error, counts = self._tree.total(positions, normals, shares, _number(atol, "atol"), list(shape))
         return Total(radiosity.reshape(shape)[()], error.reshape(shape)[()], counts)

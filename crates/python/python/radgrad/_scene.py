@@ -1,37 +1,26 @@
-"""Scenes, their form factors and their solutions."""
+"""Scenes."""
 
 from __future__ import annotations
 
 import hashlib
-import json
 import os
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Callable, NamedTuple, Optional, Sequence, Tuple, Union
+import warnings
+import weakref
+from typing import Any, Callable, Optional, Sequence, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import _radgrad
-from ._evaluate import Floats, _numbers, _rows, _whole
-
-if TYPE_CHECKING:
-    from scipy.sparse import csr_array as _csr_array  # type: ignore[import-untyped]
-
-PathLike = Union[str, "os.PathLike[str]"]
+from . import _mesh, _radgrad
+from ._evaluate import Floats, _number, _numbers, _rows, _whole
+from ._factors import Factors, ReaderWarning, settings_of
+from ._progress import Progress, watching
+from ._shown import table
+from ._solution import Round, Solution, watching_rounds
+from ._store import PathLike
 
 #: Bytes that reading a file may take unless others are asked for.
 BUDGET = 256 << 20
-
-
-class Round(NamedTuple):
-    """How far a solution has come."""
-
-    #: From 1.
-    round: int
-    elements: int
-    links: int
-    #: Estimate of the error of the mean over what errors are relative to.
-    estimate: float
 
 
 class Scene:
@@ -40,15 +29,17 @@ class Scene:
     Parameters
     ----------
     vertices : (n, 3), or a mesh
-        Vertices; or anything with `vertices` and `faces` (trimesh), or with `points` and `faces` (pyvista).
+        Vertices; or a mesh: of trimesh (a `Trimesh`, or a `Scene` whose nodes are the surfaces), of pyvista (`PolyData`, `UnstructuredGrid`,
+        `StructuredGrid`, or a `MultiBlock` whose blocks are the surfaces) or of meshio.
     faces : (m, 3) or (m, 4), or a list of lists of indices
         Corners of each face, counter-clockwise seen from the side that gives and takes light.
     reflectance : float, (m,) or (m, channels)
         In [0, 1].
     emission : float, (m,) or (m, channels)
         Emitted radiosity, pi times the radiance.
-    names : list of str, optional
-        Name of the surface of each face: faces with one name are of one surface. Else each face is a surface.
+    names : list of str, or str, optional
+        Name of the surface of each face: faces with one name are of one surface. Of a mesh also the name of the cell array that has them.
+        Else each face is a surface.
     channels : list of str, optional
         Names of the channels: ``grey`` of one, ``r``, ``g``, ``b`` of three unless given.
     drop_degenerate : bool
@@ -77,13 +68,18 @@ class Scene:
         faces: Any = None,
         reflectance: ArrayLike = 0.5,
         emission: ArrayLike = 0.0,
-        names: Optional[Sequence[str]] = None,
+        names: Union[None, str, Sequence[str]] = None,
         channels: Optional[Sequence[str]] = None,
         drop_degenerate: bool = False,
         precision: float = 0.0,
     ) -> None:
+        notes: "list[str]" = []
         if faces is None:
-            vertices, faces = _mesh(vertices)
+            mesh = _mesh.taken(vertices, names)
+            vertices, faces, notes = np.concatenate([np.zeros((0, 3)), *mesh.vertices]), mesh.faces, mesh.notes
+            names = mesh.names if names is None or isinstance(names, str) else names
+        elif isinstance(names, str):
+            raise ValueError(f"names is {names!r}: expected a list of {len(faces)} names; a text names the cell array of a mesh")
         points = _rows(vertices, "vertices")
         if points.ndim != 2:
             raise ValueError(f"vertices have shape {points.shape}: expected (n, 3)")
@@ -107,13 +103,18 @@ class Scene:
             named,
             list(channels),
             bool(drop_degenerate),
-            float(precision),
+            _number(precision, "precision", "a length"),
         )
+        if notes:
+            self._core = self._core.noted(notes)
+        self._kept: "weakref.WeakValueDictionary[Any, Factors]" = weakref.WeakValueDictionary()
+        _warn_of(self)
 
     @classmethod
-    def _of(cls, core: Any) -> "Scene":
+    def _of(cls, core: Any, kept: Any = None) -> "Scene":
         scene = cls.__new__(cls)
         scene._core = core
+        scene._kept = weakref.WeakValueDictionary() if kept is None else kept
         return scene
 
     @classmethod
@@ -160,11 +161,13 @@ class Scene:
         ...
         ValueError: `room.skp` is no scene that is read here: expected a name ending in .obj, .gltf, .glb, .vs3, .stl or .ply
         """
-        given = None if precision is None else float(precision)
+        given = None if precision is None else _number(precision, "precision", "a length")
         core = _radgrad.SceneCore.read(
             os.fspath(file), drop_degenerate, allow_outside, int(budget), need_materials, overlaps, given
         )
-        return cls._of(core)
+        scene = cls._of(core)
+        _warn_of(scene)
+        return scene
 
     def __reduce__(self) -> Any:
         return _from_bytes, (self._core.to_bytes(), self._core.notes)
@@ -172,6 +175,32 @@ class Scene:
     def __len__(self) -> int:
         """Number of faces."""
         return len(self._core)
+
+    def __copy__(self) -> "Scene":
+        return self
+
+    def __deepcopy__(self, memo: Any) -> "Scene":
+        # Nothing of it changes.
+        return self
+
+    def __eq__(self, other: object) -> bool:
+        """Whether both have the same content, names and places of faces included."""
+        return self._core.to_bytes() == other._core.to_bytes() if isinstance(other, Scene) else NotImplemented
+
+    def __hash__(self) -> int:
+        return hash(self.digest)
+
+    def _said(self) -> "list[tuple[str, Any]]":
+        surfaces = list(dict.fromkeys(self.names))
+        named = ", ".join(surfaces[:6]) + (f" and {len(surfaces) - 6} more" if len(surfaces) > 6 else "")
+        said = [("faces", len(self)), ("surfaces", named), ("channels", ", ".join(self.channels)), ("area", f"{self.areas.sum():.6g}")]
+        return said + ([("notes", len(self.notes))] if self.notes else [])
+
+    def __repr__(self) -> str:
+        return f"<radgrad.Scene: {'; '.join(f'{name} {value}' for name, value in self._said())}>"
+
+    def _repr_html_(self) -> str:
+        return table("Scene", self._said())
 
     @property
     def digest(self) -> str:
@@ -222,7 +251,32 @@ class Scene:
 
     def capped(self, most: float) -> "Scene":
         """The same with no reflectance above `most`, with a note for each material that is changed."""
-        return self._of(self._core.capped(float(most)))
+        return self._of(self._core.capped(_number(most, "most", "at least 0 and below 1")), self._kept)
+
+    def replaced(self, reflectance: Optional[ArrayLike] = None, emission: Optional[ArrayLike] = None) -> "Scene":
+        """The same faces with other values: factors that were computed of either are those of both, and are not computed again.
+
+        Parameters
+        ----------
+        reflectance, emission : float, (faces,) or (faces, channels), optional
+            As of `Scene`; textures give way to them. What is not given stays.
+        """
+        values: "list[Optional[Floats]]" = []
+        for given, what in ((reflectance, "reflectance"), (emission, "emission")):
+            values.append(None if given is None else _per_face(_numbers(given, what), what, len(self), len(self.channels)))
+        return self._of(self._core.replaced(*values), self._kept)
+
+    def to_pyvista(self) -> Any:
+        """As `pyvista.PolyData`: cells have `surface`, `surface_index`, `reflectance` and `emission`."""
+        return _mesh.to_pyvista(self)
+
+    def to_meshio(self) -> Any:
+        """As `meshio.Mesh`: cells have `surface_index`, `reflectance` and `emission`. Triangles come first, then quads, then others."""
+        return _mesh.to_meshio(self)
+
+    def to_trimesh(self) -> Any:
+        """As `trimesh.Scene`: a mesh of triangles for each surface, by its name."""
+        return _mesh.to_trimesh(self)
 
     def factors(
         self,
@@ -231,7 +285,8 @@ class Scene:
         most_cells: Optional[int] = None,
         estimate: Optional[float] = None,
         most_points: Optional[int] = None,
-    ) -> "Factors":
+        progress: Progress = None,
+    ) -> Factors:
         """Form factors between all faces, with occlusion, each in a proven bracket.
 
         Parameters
@@ -246,18 +301,31 @@ class Scene:
             Error down to which an obstructed factor is integrated.
         most_points : int
             Points that this may take.
+        progress : bool or callable, optional
+            Tell how many rows are done: by a line, or by a call with a `Step`. By default a line after two seconds in a terminal or a
+            notebook.
 
         Returns
         -------
         Factors
+            With a `ToleranceWarning` where a bound is above what was asked for.
 
         Raises
         ------
         ValueError
             If the scene is refused, as where faces overlap.
         """
-        settings = _settings(tolerance, relative, most_cells, estimate, most_points)
-        return Factors(self, self._core.factors(settings))
+        settings = settings_of(tolerance, relative, most_cells, estimate, most_points)
+        key = tuple(settings.values())
+        known = self._kept.get(key)
+        if known is None:
+            with watching(progress, "factors: rows"):
+                found = Factors(self, self._core.factors(settings), settings)
+            self._kept[key] = found
+        else:
+            # Of this scene, or of the same faces with other values.
+            found = known if known.scene is self else known._of(self)
+        return found._warn()
 
     def solve(
         self,
@@ -266,8 +334,8 @@ class Scene:
         seconds: Optional[float] = None,
         most_elements: Optional[int] = None,
         divide: str = "residual",
-        progress: Union[bool, Callable[[Round], None]] = False,
-    ) -> "Solution":
+        progress: Union[None, bool, Callable[[Round], None]] = None,
+    ) -> Solution:
         """The radiosity everywhere, reflections included. Ctrl-C lets the round end and gives what was reached.
 
         Parameters
@@ -285,11 +353,12 @@ class Scene:
             Divide the elements that add most to the error of gathers; those whose polynomials are off most; or the same after
             faces were cut along shadow lines.
         progress : bool or callable
-            Print a line after each round, or call with a `Round`.
+            Print a line after each round, or call with a `Round`. By default lines after two seconds in a terminal or a notebook.
 
         Returns
         -------
         Solution
+            With a `ToleranceWarning` where its estimate is above `error`.
 
         Raises
         ------
@@ -297,70 +366,31 @@ class Scene:
             If an argument is out of range, the scene is refused, or light is emitted in a closed space whose faces reflect all.
         """
         request = {
-            "error": float(error),
+            "error": _number(error, "error", "above 0 and at most 1"),
             "degree": degree,
             "seconds": seconds,
             "most_elements": most_elements,
             "divide": divide,
             "rounds": None,
         }
-        return Solution(self, request, _watching(progress))
+        return Solution._made(self, request, watching_rounds(progress))._warn()
 
 
 def _from_bytes(content: bytes, notes: "list[str]") -> Scene:
     return Scene._of(_radgrad.SceneCore.from_bytes(content, notes))
 
 
-def _settings(
-    tolerance: Optional[float],
-    relative: Optional[float],
-    most_cells: Optional[int],
-    estimate: Optional[float],
-    most_points: Optional[int],
-) -> "dict[str, Any]":
-    for name, value in (("tolerance", tolerance), ("relative", relative), ("estimate", estimate)):
-        if value is not None and not 0.0 <= value < float("inf"):
-            raise ValueError(f"{name} is {value}: it must be finite and not negative")
-    return {
-        "tolerance": tolerance,
-        "relative": relative,
-        "most_cells": most_cells,
-        "estimate": estimate,
-        "most_points": most_points,
-    }
-
-
-def _watching(progress: Any) -> Optional[Callable[..., None]]:
-    if progress is False or progress is None:
-        return None
-
-    def told(*fields: Any) -> None:
-        of = Round(*fields)
-        if callable(progress):
-            progress(of)
-        else:
-            print(f"round {of.round}: {of.elements} elements, {of.links} links, estimate {of.estimate:.3%}", flush=True)
-
-    return told
-
-
-def _mesh(mesh: Any) -> "tuple[Any, Any]":
-    """Vertices and faces of another library's mesh."""
-    faces = getattr(mesh, "faces", None)
-    if faces is not None and hasattr(mesh, "vertices"):
-        return mesh.vertices, faces
-    if faces is not None and hasattr(mesh, "points"):
-        # VTK's list: the number of corners of a face, then the corners.
-        padded, outlines, at = np.asarray(faces), [], 0
-        while at < len(padded):
-            end = at + 1 + int(padded[at])
-            outlines.append(padded[at + 1 : end])
-            at = end
-        return mesh.points, outlines
-    raise ValueError(f"{type(mesh).__name__} has no vertices and faces: expected those of a mesh, or two arrays")
+def _warn_of(scene: Scene) -> None:
+    """Says that the reader changed something, once."""
+    notes = scene.notes
+    if notes:
+        more = f" (and {len(notes) - 1} more in scene.notes)" if len(notes) > 1 else ""
+        warnings.warn(f"{notes[0]}{more}", ReaderWarning, stacklevel=3)
 
 
 def _corners(face: Any, index: int) -> "NDArray[np.int64]":
+    if isinstance(face, np.ma.MaskedArray):
+        raise ValueError(f"faces[{index}] is a masked array: leave out what is masked (faces[{index}].compressed())")
     corners = np.asarray(face)
     if corners.ndim != 1 or corners.dtype.kind not in "iu":
         raise ValueError(f"faces[{index}] is {face!r}: expected indices of vertices")
@@ -381,390 +411,3 @@ def _per_face(values: Floats, what: str, faces: int, channels: int) -> Floats:
     except ValueError:
         raise ValueError(f"{what} has shape {values.shape}: expected ({faces},) or ({faces}, {channels})") from None
     return _whole(whole).reshape(-1)
-
-
-class Factors:
-    """Form factors between the faces of a scene: sparse matrices of shape (faces, faces), `F[i, j]` from face i to face j.
-
-    Those of pairs that see nothing of each other are not stored, and are exactly 0. `values`, `lower` and `upper` need scipy.
-    """
-
-    def __init__(self, scene: Scene, core: Any, moved: "Tuple[float, float]" = (0.0, 0.0)) -> None:
-        self._scene, self._core, self._moved = scene, core, moved
-        self.indptr, self.indices, self.data, self._lower, self._upper, self.occluders = core.csr()
-
-    def _matrix(self, data: Any) -> "_csr_array":
-        try:
-            from scipy.sparse import csr_array
-        except ImportError:
-            raise ImportError("sparse matrices need scipy: pip install radgrad[sparse], or take indptr, indices and data") from None
-        return csr_array((data, self.indices, self.indptr), shape=(len(self._scene), len(self._scene)))
-
-    @property
-    def values(self) -> "_csr_array":
-        """The factors, in their brackets."""
-        return self._matrix(self.data)
-
-    @property
-    def lower(self) -> "_csr_array":
-        """Proven lower bounds."""
-        return self._matrix(self._lower)
-
-    @property
-    def upper(self) -> "_csr_array":
-        """Proven upper bounds."""
-        return self._matrix(self._upper)
-
-    @property
-    def closure(self) -> float:
-        """Largest `|1 - sum|` of a row: in a closed scene its error."""
-        return self._core.closure
-
-    @property
-    def reciprocity(self) -> float:
-        """Largest `|A_i F_ij - A_j F_ji|` over the smaller of the two areas: a few roundings."""
-        return self._core.reciprocity
-
-    @property
-    def bound(self) -> float:
-        """Largest bound on the error of a factor."""
-        return self._core.bound
-
-    @property
-    def unmet(self) -> int:
-        """How many factors have a bound above what was asked for."""
-        return self._core.unmet
-
-    @property
-    def unclosed(self) -> "list[int]":
-        """Faces whose rows cannot sum to 1 within their brackets: none in a closed scene."""
-        return self._core.unclosed
-
-    @property
-    def moved(self) -> "Tuple[float, float]":
-        """How far `repaired` moved factors: most, and in the mean."""
-        return self._moved
-
-    def repaired(self) -> "Factors":
-        """The same, moved the least within the brackets and reciprocal, so that every row sums to 1.
-
-        A `ValueError` if some row cannot: the scene is not closed there.
-        """
-        core, largest, mean = self._core.repaired()
-        return Factors(self._scene, core, (largest, mean))
-
-    def by_surface(self) -> "tuple[list[str], Floats]":
-        """Names of the surfaces and the dense matrix between them: sums over their faces, weighted by area."""
-        names, areas = self._scene.names, self._scene.areas
-        order = list(dict.fromkeys(names))
-        place = np.array([order.index(name) for name in names]) if len(order) < 50 else _places(names, order)
-        rows = np.repeat(np.arange(len(names)), np.diff(self.indptr))
-        exchanged, whole = np.zeros((len(order), len(order))), np.zeros(len(order))
-        np.add.at(whole, place, areas)
-        np.add.at(exchanged, (place[rows], place[self.indices]), areas[rows] * self.data)
-        return order, exchanged / whole[:, None]
-
-    def tobytes(self) -> bytes:
-        """All of it as bytes, to compare."""
-        arrays = (self.indptr, self.indices, self.data, self._lower, self._upper, self.occluders)
-        return b"".join(array.tobytes() for array in arrays)
-
-
-def _places(names: "list[str]", order: "list[str]") -> "NDArray[np.int64]":
-    at = {name: index for index, name in enumerate(order)}
-    return np.array([at[name] for name in names])
-
-
-@dataclass(frozen=True)
-class Gathered:
-    """Radiosity and irradiance at points, each with an estimate of its error. `S` is the shape of the points."""
-
-    #: `S + (channels,)`: radiosity, in the unit of the emission; in free space that of a white surface, which is the irradiance.
-    radiosity: Floats
-    #: `S + (channels,)`: estimates of its errors.
-    estimate: Floats
-    #: `S + (channels,)`: irradiance, what arrives, in the same unit.
-    irradiance: Floats
-    #: `S + (channels,)`: estimates of its errors.
-    irradiance_estimate: Floats
-    #: `S`: faces that the points are on; -1 in free space.
-    face: "NDArray[np.int64]"
-
-
-@dataclass(frozen=True)
-class Slopes:
-    """Gradients of radiosity and irradiance at points, each with an estimate of its error. `S` is the shape of the points.
-
-    They are with respect to the position, the normal kept: in the unit of the emission over the scene's unit of length. On a face they are
-    within its plane.
-    """
-
-    #: `S + (channels, 3)`: gradient of the radiosity; in free space that of the irradiance.
-    radiosity: Floats
-    #: `S + (channels,)`: estimates of the lengths of its errors.
-    radiosity_estimate: Floats
-    #: `S + (channels, 3)`: gradient of the irradiance.
-    irradiance: Floats
-    #: `S + (channels,)`: estimates of the lengths of its errors.
-    irradiance_estimate: Floats
-
-
-@dataclass(frozen=True)
-class Picture:
-    """What a camera sees of a solution: 0 beside all faces and on their backs."""
-
-    #: (height, width, channels): radiosity, in the unit of the emission.
-    radiosity: Floats
-    #: (height, width, channels): estimates of its errors.
-    estimate: Floats
-
-
-@dataclass(frozen=True)
-class Certificate:
-    """Intervals that hold with a stated probability, whatever the scene: made by random walks on it that know nothing of the solution."""
-
-    #: Probability that any of the intervals fails.
-    confidence: float
-    #: Seed of the random numbers: the same gives the same bytes.
-    seed: int
-    #: (channels, 2): ends of the interval of the mean radiosity over all area; the upper is infinite where nothing bounds it. Of points
-    #: (..., channels, 2): of the radiosity on faces, of the irradiance in space.
-    interval: Floats
-    #: (..., channels, 2): of points, the ends of the irradiance; None of the mean.
-    irradiance: Optional[Floats] = None
-
-
-class Solution:
-    """A solved scene. Made by `Scene.solve`."""
-
-    def __init__(self, scene: Scene, request: "dict[str, Any]", watch: Optional[Callable[..., None]] = None) -> None:
-        self._scene, self._request = scene, request
-        self._core = _radgrad.SolutionCore(scene._core, request, watch)
-        self._certificate: Optional[Certificate] = None
-
-    def __reduce__(self) -> Any:
-        # Solving again gives the same digits, and takes no more than the scene to send.
-        return _solved_again, (self._scene, self._again(), self.digest)
-
-    def _again(self) -> "dict[str, Any]":
-        """What gives the same solution on any machine: the same rounds, however long they take."""
-        return {**self._request, "seconds": None, "rounds": self._core.rounds}
-
-    @property
-    def scene(self) -> Scene:
-        """The scene."""
-        return self._scene
-
-    @property
-    def digest(self) -> str:
-        """A name of the solution's content: SHA-256 of its values on every element."""
-        return hashlib.sha256(self._core.values().tobytes()).hexdigest()
-
-    @property
-    def summary(self) -> "dict[str, Any]":
-        """What was reached: `rounds`, `elements`, `links`, `estimate`, `seconds`, `warnings`; of each of `channels` its mean with its
-        estimate and, once it was certified, the interval; of each of `surfaces` its area, and mean, least and largest in each channel.
-        Radiosities in the unit of the emission, `estimate` over the mean."""
-        return json.loads(self._core.summary())
-
-    def certify(
-        self,
-        width: Optional[float] = None,
-        delta: Optional[float] = None,
-        seed: Optional[int] = None,
-        rays: Optional[int] = None,
-        points: Optional[Tuple[ArrayLike, ArrayLike]] = None,
-    ) -> Certificate:
-        """Certify the mean radiosity over all area, or points, by random walks on the scene alone.
-
-        Parameters
-        ----------
-        width : float, optional
-            Half the width of the interval, over the mean radiosity that is reflected, or over a point's irradiance, at which walks end. By
-            default a third of the `error` of the solve.
-        delta : float, optional
-            Probability that any of the intervals fails; 1e-6 by default.
-        seed : int, optional
-            Of the random numbers; 1 by default.
-        rays : int, optional
-            After which walks end in any case; for each point the same again. By default as many as take about a third of the time of the
-            solve, 200 million where a width is given, and 100,000 for each point.
-        points : (points, normals), optional
-            As for `gather`: certify these instead of the mean.
-
-        Returns
-        -------
-        Certificate
-            That of the mean is `certified` from then on, and in `summary` and files.
-
-        Raises
-        ------
-        ValueError
-            If an argument is out of range, or a point has no certificate.
-        """
-        wished = (None if width is None else float(width), None if delta is None else float(delta), seed, rays)
-        channels = len(self._scene.channels)
-        if points is not None:
-            shape, rows, directions = _pairs(*points)
-            *columns, confidence, seed = self._core.certify_points((rows, directions, None, list(shape)), wished)
-            interval, irradiance = (column.reshape((*shape, channels, 2)) for column in columns)
-            return Certificate(confidence, seed, interval, irradiance)
-        ends, confidence, seed, _, _ = self._core.certify(wished)
-        self._certificate = Certificate(confidence, seed, ends.reshape((channels, 2)))
-        return self._certificate
-
-    @property
-    def certified(self) -> Floats:
-        """(channels, 2): the interval of the mean radiosity that `certify` found last; it is asked when this is first read."""
-        return (self._certificate or self.certify()).interval
-
-    @property
-    def confidence(self) -> float:
-        """The probability that `certified` fails."""
-        return (self._certificate or self.certify()).confidence
-
-    def gather(self, points: ArrayLike, normals: ArrayLike, on: Optional[str] = None) -> Gathered:
-        """Radiosity and irradiance at points anywhere, each by one exact gather.
-
-        Parameters
-        ----------
-        points, normals : (..., 3)
-            They broadcast to a shape `S`. A point within a millionth of the scene's extent of a face is on it, and the face faces along
-            the normal; others are sensors in free space, that see the half space before the normal and hide nothing.
-        on : "face" or "free", optional
-            Where all points are taken to be, instead.
-
-        Returns
-        -------
-        Gathered
-            `radiosity` and `estimate`, and the same of the `irradiance`, each S + (channels,).
-
-        Raises
-        ------
-        ValueError
-            If a point is near a face, and none there faces along the normal; or not finite.
-        """
-        shape, rows, directions = _pairs(points, normals)
-        return _gathered(self._core.gather((rows, directions, _on_face(on), list(shape))), shape, len(self._scene.channels))
-
-    def gradient(self, points: ArrayLike, normals: ArrayLike, on: Optional[str] = None) -> Slopes:
-        """Gradients of radiosity and irradiance at points anywhere.
-
-        They are off by more than values are: in the Cornell box by less than 1 % at 95 of a hundred places if the scene is solved to an
-        `error` of 1e-3, and at 99 if it is solved to 2e-4.
-
-        Parameters
-        ----------
-        points, normals, on
-            As for `gather`.
-
-        Returns
-        -------
-        Slopes
-            Gradients of the `radiosity` and of the `irradiance`, S + (channels, 3), with estimates, S + (channels,).
-
-        Raises
-        ------
-        ValueError
-            If a point is near a face, and none there faces along the normal; or not finite.
-        """
-        shape, rows, directions = _pairs(points, normals)
-        columns = self._core.gradient((rows, directions, _on_face(on), list(shape)))
-        channels = len(self._scene.channels)
-        slopes = [column.reshape((*shape, channels, 3)) for column in columns[::2]]
-        estimates = [column.reshape((*shape, channels)) for column in columns[1::2]]
-        return Slopes(slopes[0], estimates[0], slopes[1], estimates[1])
-
-    def to_vtu(self, file: PathLike) -> None:
-        """Write the solution for ParaView: radiosity and gradient with estimates of their errors at vertices, where these come from on cells."""
-        if not os.fspath(file).lower().endswith(".vtu"):
-            raise ValueError(f"{os.fspath(file)!r}: expected a name ending in .vtu")
-        self._core.write(os.fspath(file))
-
-    def to_ply(self, file: PathLike) -> None:
-        """Write the elements as polygons with colours."""
-        if not os.fspath(file).lower().endswith(".ply"):
-            raise ValueError(f"{os.fspath(file)!r}: expected a name ending in .ply")
-        self._core.write(os.fspath(file))
-
-    def image(
-        self,
-        camera: Sequence[Any],
-        size: "Tuple[int, int]" = (512, 512),
-        file: Optional[PathLike] = None,
-        samples: int = 4,
-        exposure: float = 0.0,
-        tone: str = "reinhard",
-        gather: bool = False,
-    ) -> Picture:
-        """What a camera sees.
-
-        Parameters
-        ----------
-        camera : (eye, target, up, degrees)
-            Three points and the vertical field of view in degrees, or the ten numbers of these.
-        size : (width, height)
-            In pixels.
-        file : str or path, optional
-            Write it too: ``.exr`` (radiosity and estimate) or ``.png`` (tone-mapped).
-        samples : int
-            Rays a pixel, of which the mean is taken.
-        exposure : float
-            Stops by which a ``.png`` is brighter, each twice as bright.
-        tone : "reinhard" or "linear"
-            Tone curve of a ``.png``.
-        gather : bool
-            One exact gather a ray instead of the polynomials.
-
-        Returns
-        -------
-        Picture
-            `radiosity` and `estimate`, each (height, width, channels).
-
-        Raises
-        ------
-        ValueError
-            If the camera sees nothing by its making, or the file cannot be written.
-        """
-        numbers = np.concatenate([_numbers(part, "camera").reshape(-1) for part in camera])
-        if numbers.size != 10:
-            raise ValueError(f"camera has {numbers.size} numbers: expected ten, eye, target, up and field of view")
-        options = [f"--camera={' '.join(map(repr, numbers.tolist()))}", f"--size={int(size[0])}x{int(size[1])}"]
-        options += [f"--samples={int(samples)}", f"--exposure={float(exposure)!r}", f"--tone={tone}"]
-        options += ["--gather"] * bool(gather)
-        if file is not None:
-            options.append(f"--view={os.fspath(file)}")
-        (width, height), radiosity, estimate = self._core.picture(options)
-        shape = (height, width, len(self._scene.channels))
-        return Picture(radiosity.reshape(shape), estimate.reshape(shape))
-
-
-def _on_face(on: Optional[str]) -> Optional[bool]:
-    if on not in (None, "face", "free"):
-        raise ValueError(f'on is {on!r}: it must be "face", "free" or None')
-    return None if on is None else on == "face"
-
-
-def _gathered(columns: Any, shape: "tuple[int, ...]", channels: int) -> Gathered:
-    *numbers, face = columns
-    found = [column.reshape((*shape, channels)) for column in numbers]
-    return Gathered(found[0], found[1], found[2], found[3], face.reshape(shape)[()])
-
-
-def _pairs(points: Any, normals: Any) -> "tuple[tuple[int, ...], Floats, Floats]":
-    """The shape of points and normals together, and rows of each."""
-    positions, directions = _rows(points, "points"), _rows(normals, "normals")
-    try:
-        shape = np.broadcast_shapes(positions.shape[:-1], directions.shape[:-1])
-    except ValueError:
-        shapes = f"points {positions.shape[:-1]} and normals {directions.shape[:-1]}"
-        raise ValueError(f"{shapes} cannot be broadcast together") from None
-    rows = [_whole(np.broadcast_to(array, (*shape, 3)).reshape(-1, 3)) for array in (positions, directions)]
-    return shape, rows[0], rows[1]
-
-
-def _solved_again(scene: Scene, request: "dict[str, Any]", digest: str) -> Solution:
-    solution = Solution(scene, request)
-    if solution.digest != digest:
-        raise RuntimeError(f"the solution of {scene.digest} is {solution.digest} on this machine, and was {digest} where it came from")
-    return solution

@@ -20,7 +20,9 @@ from numpy.typing import ArrayLike
 from . import _radgrad
 from ._audit import AuditReport, _checked
 from ._evaluate import _whole
-from ._scene import Factors, Gathered, Scene, Solution, _from_bytes, _gathered, _on_face, _pairs, _settings, _solved_again
+from ._factors import Factors, settings_of
+from ._scene import Scene, _from_bytes
+from ._solution import Gathered, Solution, _gathered, _on_face, _pairs, _solved_again
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -52,7 +54,7 @@ def _keep(digest: str, make: "Callable[[], Any]") -> Any:
 
 
 def _own_threads() -> None:
-    """As many threads as the worker has, unless a computation has begun."""
+    """As many threads as the worker has."""
     try:
         from distributed import get_worker
 
@@ -142,13 +144,13 @@ def factors(
     ValueError
         As `Scene.factors` does, and if the cluster has no worker.
     """
-    settings = _settings(tolerance, relative, most_cells, estimate, most_points)
+    settings = settings_of(tolerance, relative, most_cells, estimate, most_points)
     cut = _blocks(scene._core.row_areas, jobs or _jobs(client))
     digest, sent = _sent(client, scene)
     # Handed over together, jobs wait at the scheduler for whoever is free; one by one, they go to the holder of the scene.
     futures = client.map(_block, cut, digest=digest, sent=sent, settings=settings, pure=False)
     blocks = [_radgrad.FactorBlock.from_bytes(block) for block in _results(client, futures)]
-    return Factors(scene, scene._core.join(settings, blocks))
+    return Factors(scene, scene._core.join(settings, blocks), settings)._warn()
 
 
 def _job(

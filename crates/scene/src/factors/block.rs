@@ -76,7 +76,7 @@ impl FormFactors<'_> {
     /// The matrix of blocks that have every row once, in any order: to the last digit that of [`Self::matrix`].
     ///
     /// # Errors
-    /// If a row is missing or there twice, or a pair is of faces that are not there.
+    /// If a row is missing or there twice, a pair is of faces that are not there, or its figures are none of an exchange.
     pub fn join(&self, mut blocks: Vec<FactorBlock>) -> Result<FactorMatrix, Error> {
         let faces = self.faces();
         blocks.sort_by_key(|block| (block.rows.start, block.rows.end));
@@ -100,6 +100,11 @@ impl FormFactors<'_> {
         {
             return Err(Error::expected("pairs of faces of the scene, the lower one first", format!("{:?}", pair.faces)));
         }
+        if let Some([before, after]) = pairs.array_windows().find(|[before, after]| before.faces >= after.faces) {
+            let found = format!("{:?} before {:?}", before.faces, after.faces);
+            return Err(Error::expected("each pair of faces once, in their order", found));
+        }
+        pairs.iter().try_for_each(|pair| self.check_known(pair.faces.map(|face| face as usize), pair.known))?;
         self.of_pairs(faces, pairs)
     }
 }
@@ -148,5 +153,55 @@ impl FactorBlock {
             },
         };
         Ok(Self { rows, pairs: rest.chunks_exact(PAIR).map(pair).collect() })
+    }
+}
+
+impl FactorMatrix {
+    /// All of its pairs as one block, of which [`FormFactors::join`] makes it again without computing any.
+    ///
+    /// ```
+    /// use radgrad_scene::{Degenerate, FactorSettings, FormFactors, Scene};
+    /// # let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/scenes/two_blocks.obj");
+    /// let scene = Scene::read(file, Degenerate::Refuse)?;
+    /// let factors = FormFactors::new(&scene)?;
+    /// let matrix = factors.matrix(&FactorSettings { tolerance: 0.1, ..FactorSettings::default() }, || ())?;
+    /// assert_eq!(factors.join(vec![matrix.to_block()])?, matrix);
+    /// # Ok::<(), radgrad_scene::Error>(())
+    /// ```
+    #[must_use]
+    pub fn to_block(&self) -> FactorBlock {
+        FactorBlock { rows: 0..self.faces().len(), pairs: self.pairs.clone() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Degenerate, Scene};
+
+    #[test]
+    fn a_block_with_a_figure_that_is_none_is_refused() {
+        let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/scenes/two_blocks.obj");
+        let scene = Scene::read(file, Degenerate::Refuse).unwrap();
+        let factors = FormFactors::new(&scene).unwrap();
+        let settings = FactorSettings { tolerance: 0.1, ..FactorSettings::default() };
+        let whole = factors.block(0..factors.faces().len(), &settings, || ()).unwrap();
+        type Spoil = fn(&mut Vec<Pair>);
+        let spoils: [Spoil; 8] = [
+            |pairs| pairs[0].known.value = 2.0 * pairs[0].known.most + 1e-3,
+            |pairs| pairs[1].known.value = f64::NAN,
+            |pairs| pairs[1].known.least = -1.0,
+            |pairs| pairs[2].known.most = f64::INFINITY,
+            |pairs| pairs[2].known.estimate = f64::NAN,
+            |pairs| pairs[3].known.modelling = f64::NEG_INFINITY,
+            |pairs| pairs.swap(0, 1),
+            |pairs| pairs.push(pairs[pairs.len() - 1]),
+        ];
+        assert!(factors.join(vec![whole.clone()]).is_ok());
+        for (index, spoil) in spoils.iter().enumerate() {
+            let mut block = whole.clone();
+            spoil(&mut block.pairs);
+            assert!(factors.join(vec![block]).is_err(), "{index}");
+        }
     }
 }

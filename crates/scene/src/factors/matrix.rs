@@ -276,14 +276,7 @@ impl FormFactors<'_> {
                 Some(Role::HasRow) if to > from => {}
                 _ => return refuse("a computed row with the pairs that belong to it", "another".to_owned()),
             }
-            let Known { value, least, most, estimate, .. } = known;
-            let area = smaller(self.scaled(from).area(), self.scaled(to).area());
-            let is_bracket = 0.0 <= least && least <= value && value <= most && most <= area * (1.0 + 1e-14);
-            if !(is_bracket && estimate >= 0.0 && estimate.is_finite()) {
-                let rule =
-                    format!("a computed exchange inside its bracket, from 0 to the smaller area, {area}, with its estimate");
-                return refuse(&rule, format!("{value} in [{least}, {most}], off by {estimate}"));
-            }
+            self.check_known([from, to], known)?;
             others.push(other);
         }
         others.sort_unstable();
@@ -293,6 +286,20 @@ impl FormFactors<'_> {
             }
             None => Ok(()),
         }
+    }
+
+    /// Refuses figures that are none of an exchange of two faces.
+    pub(super) fn check_known(&self, [from, to]: [usize; 2], known: Known) -> Result<(), Error> {
+        let Known { value, least, most, estimate, modelling, .. } = known;
+        let area = smaller(self.scaled(from).area(), self.scaled(to).area());
+        let is_bracket = 0.0 <= least && least <= value && value <= most && most <= area * (1.0 + 1e-14);
+        let is_off = |by: f64| by >= 0.0 && by.is_finite();
+        if is_bracket && is_off(estimate) && is_off(modelling) {
+            return Ok(());
+        }
+        let rule = format!("a computed exchange inside its bracket, from 0 to the smaller area, {area}, with its estimate");
+        let found = format!("{value} in [{least}, {most}], off by {estimate} and {modelling}");
+        Err(Error::expected(rule, format!("{found} in the row of face {from}, to face {to}")))
     }
 
     /// The matrix of these rows and pairs, which are sorted.

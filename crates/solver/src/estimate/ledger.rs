@@ -3,6 +3,8 @@
 use std::iter::Sum;
 use std::ops::{Add, AddAssign, Mul};
 
+use crate::bytes::bytes_of;
+
 /// An estimate of an error, by its sources. Unit: that of the radiosity.
 ///
 /// ```
@@ -85,3 +87,5 @@ impl Mul<f64> for Ledger {
         self.map(|entry| entry * factor)
     }
 }
+
+bytes_of!(Ledger { modelling, discretisation, computation, visibility, solver });

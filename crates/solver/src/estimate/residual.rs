@@ -25,6 +25,7 @@
 //! Schwarz `mean |rho x|` is at most rho's root mean square times x's; and since x has no part along the basis `mean(rho x)` is
 //! that of rho's projection residual times x, `mean(rho x d^m)` that of `(rho - mean rho) x d^m`.
 
+use crate::bytes::bytes_of;
 use crate::estimate::ledger::Ledger;
 use crate::links::transfer::Kernel;
 use crate::mesh::Mesh;
@@ -241,3 +242,5 @@ impl Found {
         least
     }
 }
+
+bytes_of!(Residual { largest, arms, biases, rms, along, detail, detail_rms, detail_arms, unseen });

@@ -8,6 +8,7 @@
 
 use radgrad_scene::largest;
 
+use crate::bytes::bytes_of;
 use crate::error::Error;
 use crate::links::station::Station;
 use crate::links::transfer::Optics;
@@ -58,6 +59,15 @@ impl Direct {
     /// Sight of each lamp's root.
     pub(crate) fn sights(&self) -> &[Sight] {
         &self.sights
+    }
+
+    /// Whether it is that of so many lamps in so many channels.
+    pub(crate) fn is_of(&self, lamps: usize, channels: usize) -> bool {
+        let is_lit = |lit: &Lit| {
+            lit.factors.len() == lamps
+                && [lit.irradiance.len(), lit.likely.len(), lit.noise.len()].iter().all(|count| *count == channels)
+        };
+        (self.sights.len() == lamps || self.nodes.is_empty() && self.sights.is_empty()) && self.nodes.iter().all(is_lit)
     }
 
     /// The lamps of which no node sees anything, though something of the leaf may, with the faces that may be between.
@@ -162,3 +172,6 @@ impl Lamps {
         Ok(lit)
     }
 }
+
+bytes_of!(Lit { irradiance, likely, noise, factors, in_doubt });
+bytes_of!(Direct { nodes, sights });

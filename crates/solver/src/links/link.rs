@@ -5,8 +5,10 @@
 //! neglects is known: the radiosity of the leaves below the source less that polynomial,
 //! [`Field::neglected`](crate::field::Field::neglected).
 
+use crate::bytes::bytes_of;
 use crate::links::transfer::Row;
 use crate::mesh::Sight;
+use crate::mesh::basis::Basis;
 
 /// A receiver's link to a source.
 #[derive(Debug, Clone)]
@@ -19,7 +21,18 @@ pub(crate) struct Link {
     pub(crate) matrix: Vec<f64>,
 }
 
+impl Link {
+    /// Whether it is one from elements with such bases.
+    pub(crate) fn is_of(&self, receiver: &Basis, source: &Basis) -> bool {
+        self.rows.len() == receiver.nodes().len()
+            && self.rows.iter().all(|row| row.values.len() == source.len())
+            && self.matrix.len() == receiver.len() * source.len()
+    }
+}
+
 /// The rows of links.
 pub(crate) fn rows(links: &[Link]) -> impl Iterator<Item = &[Row]> {
     links.iter().map(|link| &link.rows[..])
 }
+
+bytes_of!(Link { source, sight, rows, matrix });

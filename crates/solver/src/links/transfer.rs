@@ -14,6 +14,7 @@
 use radgrad_core::{DVec3, Polygon, Tolerance, evaluate_value};
 use radgrad_scene::{largest, smallest};
 
+use crate::bytes::bytes_of;
 use crate::clock::Clock;
 use crate::error::Error;
 use crate::links::cell::{KernelSums, Rules};
@@ -311,6 +312,10 @@ impl Kernel {
         Self { peak, least, smooth: lowest >= -rounding, unit, distance, cos1, sine, tilt: root(1.0 - level * level) }
     }
 }
+
+bytes_of!(Row { values, error, other_errors, likely, kernel, sampled });
+bytes_of!(Sampled { square, error });
+bytes_of!(Kernel { peak, least, smooth, unit, distance, cos1, sine, tilt });
 
 #[cfg(test)]
 mod tests {

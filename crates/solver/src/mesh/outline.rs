@@ -30,6 +30,25 @@ pub(crate) enum Cut<'a> {
     Parts(&'a [Vec<Vec<DVec3>>]),
 }
 
+/// The same, kept: whether into squares, and the parts of each face if they were given.
+pub(crate) type Given = (bool, Option<Vec<Vec<Vec<DVec3>>>>);
+
+impl<'a> Cut<'a> {
+    /// What is kept of it.
+    pub(crate) fn given(self) -> Given {
+        (matches!(self, Self::Squares), if let Self::Parts(parts) = self { Some(parts.to_vec()) } else { None })
+    }
+
+    /// What was kept.
+    pub(crate) fn of(given: &'a Given) -> Self {
+        match given {
+            (_, Some(parts)) => Self::Parts(parts),
+            (true, None) => Self::Squares,
+            (false, None) => Self::Few,
+        }
+    }
+}
+
 /// A parallelogram that is at least one and a half times as long as wide, cut across into parts that are about as long as wide; `None` for any
 /// other outline.
 pub(crate) fn slices(outline: &[DVec3]) -> Option<Vec<Vec<DVec3>>> {

@@ -11,6 +11,7 @@ use rayon::prelude::*;
 use crate::field::gathering::irradiance;
 use crate::links::link::Link;
 use crate::mesh::basis::Basis;
+use crate::once::made;
 use crate::solve::solution::Solution;
 
 /// Of an element in a channel; above leaves, the projection of theirs.
@@ -60,7 +61,7 @@ impl Detail {
 impl Solution {
     /// Details of elements, by channel.
     pub(crate) fn details(&self) -> &[Vec<Detail>] {
-        self.caches.details.get_or_init(|| {
+        made::<Vec<_>>(&self.caches.details, || {
             let of_receiver = |&receiver: &usize| (receiver, self.of_reflected(receiver));
             let receivers: Vec<(usize, Vec<Detail>)> = self.system.receivers.par_iter().map(of_receiver).collect();
             let mut reflected = vec![Vec::new(); self.system.mesh.elements().len()];

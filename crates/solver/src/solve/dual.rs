@@ -43,6 +43,7 @@ use crate::links::link::Link;
 use crate::links::refine::{Need, WITHOUT_ORDER};
 use crate::links::transfer::Row;
 use crate::mesh::basis::{Basis, Excess, dot};
+use crate::once::made;
 use crate::solve::layers::Layers;
 use crate::solve::solution::{MeanError, Solution, for_each, ratio};
 
@@ -144,7 +145,7 @@ fn off_by_rule(basis: &Basis, excess: &Excess) -> f64 {
 impl Solution {
     /// The importance by the links that there are, as it is sent; `None` if it grows without end.
     pub(super) fn importance(&self) -> Option<&Field> {
-        self.caches.importance.get_or_init(|| self.solve_importance()).as_ref()
+        made(&self.caches.importance, || self.solve_importance()).as_ref()
     }
 
     fn solve_importance(&self) -> Option<Field> {

@@ -1,5 +1,6 @@
 //! The options of a solution, and how far it has come.
 
+use crate::bytes::bytes_of;
 use std::time::Duration;
 
 use radgrad_core::DVec3;
@@ -126,3 +127,5 @@ pub struct Progress {
     /// channels.
     pub estimate: f64,
 }
+
+bytes_of!(Progress { round, elements, links, gathers, estimate });

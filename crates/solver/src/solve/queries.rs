@@ -6,6 +6,7 @@ use radgrad_scene::{Placement, Warning, largest};
 use crate::estimate::ledger::Ledger;
 use crate::field::gathering::irradiance;
 use crate::mesh::Mesh;
+use crate::once::made;
 use crate::solve::options::Progress;
 use crate::solve::solution::{MeanError, Solution};
 
@@ -81,7 +82,7 @@ impl Solution {
     pub(super) fn mean_error(&self) -> &[MeanError] {
         // Where no importance is found the error of gathers is an estimate, too.
         let without_sign = || self.error_estimate.mean.iter().copied().map(MeanError::without_sign).collect();
-        self.caches.estimated.get_or_init(|| self.estimate_mean().ok().flatten().unwrap_or_else(without_sign))
+        made::<Vec<_>>(&self.caches.estimated, || self.estimate_mean().ok().flatten().unwrap_or_else(without_sign))
     }
 
     /// Estimate of the error of the polynomial on a leaf, the most at any point of it, in each channel; it holds for [`Self::value_on`] and for

@@ -36,6 +36,7 @@ use crate::links::station::Station;
 use crate::links::transfer::{Kernel, Optics, Row};
 use crate::mesh::Sight;
 use crate::mesh::basis::{Basis, dot};
+use crate::once::made;
 use crate::solve::solution::{MeanError, Solution, for_each, ratio};
 
 /// Sweeps after which the error is not known, and changes below which it is, relative to its largest source.
@@ -162,7 +163,7 @@ impl Touching {
 impl Solution {
     /// The part of the error of gathers that is known, on the receivers; `None` if it grows without end or cannot be evaluated.
     pub(super) fn known_error(&self) -> Option<&Field> {
-        self.caches.known_error.get_or_init(|| self.solve_error().ok().flatten()).as_ref()
+        made(&self.caches.known_error, || self.solve_error().ok().flatten()).as_ref()
     }
 
     fn solve_error(&self) -> Result<Option<Field>, Error> {

@@ -1,5 +1,6 @@
 //! Points that a solution serves, and their importance: data of [`super::serve`].
 
+use crate::bytes::bytes_of;
 use radgrad_core::DVec3;
 
 /// Points that are served, and the importance of elements for them.
@@ -26,3 +27,5 @@ impl Served {
         !self.importance.is_empty()
     }
 }
+
+bytes_of!(Served { points, beside, importance, mean, reflected });

@@ -5,6 +5,7 @@ use std::sync::OnceLock;
 use radgrad_scene::{Placement, Warning, largest};
 use rayon::prelude::*;
 
+use crate::bytes::bytes_of;
 use crate::clock::Clock;
 use crate::error::Error;
 use crate::estimate::ErrorEstimate;
@@ -236,3 +237,5 @@ pub(super) fn ratio(part: f64, whole: f64) -> f64 {
 pub(crate) fn for_each<T: Send>(elements: &[usize], f: impl Fn(usize) -> Result<T, Error> + Sync) -> Result<Vec<T>, Error> {
     elements.par_iter().map(|&element| f(element)).collect()
 }
+
+bytes_of!(MeanError { estimate, correction, error });

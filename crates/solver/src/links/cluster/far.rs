@@ -8,6 +8,7 @@
 //!
 //! No cluster is in another, and no element that is linked in any.
 
+use crate::bytes::bytes_of;
 use crate::field::Field;
 use crate::links::cluster::cut;
 use crate::links::cluster::glow::Pair;
@@ -87,6 +88,15 @@ impl Far {
             self.matrix.extend(of_functions);
         }
         self
+    }
+
+    /// Whether it is that of an element with such a basis, over so many clusters.
+    pub(crate) fn is_of(&self, basis: &Basis, clusters: usize) -> bool {
+        let (count, nodes) = (self.clusters.len(), basis.nodes().len());
+        self.clusters.iter().all(|cluster| *cluster < clusters)
+            && self.seen.len() == count * nodes
+            && self.matrix.len() == count * basis.len()
+            && (self.rest.len() == nodes || count == 0)
     }
 
     pub(crate) const fn is_empty(&self) -> bool {
@@ -190,3 +200,5 @@ pub(crate) fn cover(covered: &mut [f64], rows: &[Row], sign: f64) {
 pub(crate) fn uncovered(covered: f64) -> f64 {
     largest(1.0 - covered, 0.0) + MARGIN
 }
+
+bytes_of!(Far { clusters, seen, rest, rays, matrix });

@@ -1,5 +1,6 @@
 //! Sums over clusters of quantities given on elements: the light that they send out, or a largest value and an integral.
 
+use crate::bytes::bytes_of;
 use crate::mesh::clusters::{Clusters, Parts};
 use crate::mesh::element::Element;
 use radgrad_scene::largest;
@@ -67,3 +68,5 @@ impl Clusters {
         }
     }
 }
+
+bytes_of!(ClusterEmission { power, area, square, unevenness });

@@ -12,6 +12,7 @@
 
 use radgrad_scene::smallest;
 
+use crate::bytes::bytes_of;
 use crate::links::cluster::glow::ClusterEmission;
 use crate::links::cluster::view::View;
 use crate::links::station::Station;
@@ -131,3 +132,5 @@ impl Optics<'_> {
         Seen { view, weight: hits * unit, deviation: square.sqrt() * unit, area: of.area() }
     }
 }
+
+bytes_of!(Seen { view, weight, deviation, area });

@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 
 use radgrad_core::DVec3;
 
+use crate::bytes::bytes_of;
 use crate::links::station::Station;
 use crate::mesh::clusters::{Cluster, ROUNDED, highest, most_toward};
 use crate::mesh::screen::LEVEL;
@@ -56,3 +57,5 @@ impl Cluster {
         View { factor, peak }
     }
 }
+
+bytes_of!(View { factor, peak });

@@ -11,26 +11,48 @@ use radgrad_scene::read_file;
 pub(crate) struct Same {
     option: &'static str,
     file: PathBuf,
-    other: &'static str,
+    other: String,
 }
 
-/// Refuses outputs, each with its option, that would replace the scene, a file that the scene names, or each other.
-pub(super) fn check(scene: &Path, budget: u64, outputs: &[(&'static str, PathBuf)]) -> Result<(), Same> {
-    let refuse = |option, file: &PathBuf, other| Err(Same { option, file: file.clone(), other });
+/// Refuses outputs, each with its option, that would replace the scene, a file that the scene or a material library of it names, another input,
+/// or each other.
+pub(crate) fn check(
+    (scene, budget): (&Path, u64),
+    inputs: &[(&'static str, &Path)],
+    outputs: &[(&'static str, PathBuf)],
+) -> Result<(), Same> {
+    let refuse = |option, file: &PathBuf, other: &str| Err(Same { option, file: file.clone(), other: other.to_owned() });
+    // Of a device nothing is lost.
+    let is_lost = |(_, file): &&(&'static str, PathBuf)| file != Path::new("-") && (file.is_file() || !file.exists());
+    let outputs: Vec<_> = outputs.iter().filter(is_lost).collect();
     for (k, (option, file)) in outputs.iter().enumerate() {
         if real(file) == real(scene) {
             return refuse(option, file, "the scene");
         }
         // Of a file that is not there nothing is lost, and reading the scene says why it cannot be read.
-        if file.exists() && read_file(scene, budget).is_ok_and(|text| names(&text, file)) {
+        if file.exists() && named_by(scene, budget, file) {
             return refuse(option, file, "named in the scene");
         }
+        if let Some((other, _)) = inputs.iter().find(|(_, other)| real(other) == real(file)) {
+            return refuse(option, file, &format!("read for --{other}"));
+        }
         if let Some((other, _)) = outputs[..k].iter().find(|(_, other)| real(other) == real(file)) {
-            let what = if *other == "out" { "written for --out too" } else { "that of --resume too" };
-            return refuse(option, file, what);
+            return refuse(option, file, &format!("that of --{other} too"));
         }
     }
     Ok(())
+}
+
+/// Whether a scene has the name of a file, or a material library has it that the scene names.
+fn named_by(scene: &Path, budget: u64, file: &Path) -> bool {
+    let Ok(text) = read_file(scene, budget) else { return false };
+    let folder = scene.parent().unwrap_or(Path::new("."));
+    let libraries = text.split(|byte| *byte == b'\n').filter_map(|line| line.trim_ascii().strip_prefix(b"mtllib"));
+    let names_it = |library: &[u8]| {
+        let library = folder.join(String::from_utf8_lossy(library.trim_ascii()).as_ref());
+        read_file(library, budget).is_ok_and(|text| names(&text, file))
+    };
+    names(&text, file) || libraries.into_iter().any(names_it)
 }
 
 /// Where a file is or will be, links followed.
