@@ -353,7 +353,7 @@ impl Mesh {
     pub(crate) fn face_at(&self, point: DVec3, normal: DVec3, reach: f64) -> Option<(usize, DVec3)> {
         let normal = normal.try_normalize()?;
         let on = |&(face, polygon): &(usize, &Polygon)| {
-            let (distance, foot) = self.off_face(face, point);
+            let (distance, foot) = self.distance_to_face(face, point);
             (distance <= reach && polygon.normal().dot(normal) > 0.99).then_some((distance, face, foot))
         };
         let faces = self.polygons.iter().enumerate().filter(|(face, _)| self.exchanges[*face]);
@@ -363,11 +363,11 @@ impl Mesh {
 
     /// Whether a point is within `reach` of a face, whichever way that faces.
     pub(crate) fn is_near_a_face(&self, point: DVec3, reach: f64) -> bool {
-        (0..self.polygons.len()).any(|face| self.off_face(face, point).0 <= reach)
+        (0..self.polygons.len()).any(|face| self.distance_to_face(face, point).0 <= reach)
     }
 
     /// How far a point is off a face at most, infinitely where the face exchanges no light, and the point of its plane.
-    fn off_face(&self, face: usize, point: DVec3) -> (f64, DVec3) {
+    fn distance_to_face(&self, face: usize, point: DVec3) -> (f64, DVec3) {
         let polygon = &self.polygons[face];
         let height = polygon.normal().dot(point - polygon.vertices()[0]);
         let foot = point - polygon.normal() * height;

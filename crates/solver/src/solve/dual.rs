@@ -86,7 +86,7 @@ struct Part {
 
 impl Part {
     /// The likely error.
-    fn off_by(&self) -> f64 {
+    fn likely_error(&self) -> f64 {
         self.squared_error.sqrt()
     }
 
@@ -135,7 +135,7 @@ const FINER_DEGREE: usize = 4;
 
 /// The error of the mean by the rule of the nodes: the truncation, as far as it does not fall off;
 /// where it does not, that of a sum over so many nodes without order.
-fn off_by_rule(basis: &Basis, excess: &Excess) -> f64 {
+fn rule_error(basis: &Basis, excess: &Excess) -> f64 {
     let ratio = if excess.next < excess.last { excess.next / excess.last } else { 1.0 };
     let falls = std::iter::repeat_n(ratio, basis.degree() + 2).product::<f64>();
     let without_order = 1.0 / basis.nodes().len() as f64;
@@ -220,7 +220,7 @@ impl Solution {
             let (links, far) = (&self.system.links[lamp], &self.system.far[lamp]);
             let weighted_error = |(channel, weight): (usize, &f64)| {
                 let at_nodes = irradiance(&self.system.mesh, importance, links, far, channel, own.nodes().len());
-                weight * off_by_rule(own, &own.excess(&at_nodes))
+                weight * rule_error(own, &own.excess(&at_nodes))
             };
             let is_off = weight.iter().enumerate().map(weighted_error).fold(0.0, largest) > allowed;
             let basis = (is_off && !far.is_empty()).then(|| Basis::new(own.shape(), FINER_DEGREE));
@@ -284,7 +284,7 @@ impl Solution {
             let at_nodes = basis.nodes().iter().map(|node| gathered_at(node.at)).collect::<Result<Vec<_>, Error>>()?;
             let of_channel = |channel: usize| {
                 let at_nodes: Vec<f64> = at_nodes.iter().map(|of| of[channel]).collect();
-                (basis.project(&at_nodes), off_by_rule(basis, &basis.excess(&at_nodes)))
+                (basis.project(&at_nodes), rule_error(basis, &basis.excess(&at_nodes)))
             };
             Ok((element, (0..self.system.channels.len()).map(of_channel).collect()))
         };
@@ -319,10 +319,10 @@ impl Solution {
             // In all it is no more than the error of gathers.
             let no_more = |found: f64| largest(smallest(found, most.total()), -most.total());
             let [found, found_roughly] = [part, rough].map(|part| no_more((part.swapped + part.detail) / area));
-            let error = no_more(part.off_by().hypot(part.unseen) / area);
+            let error = no_more(part.likely_error().hypot(part.unseen) / area);
             let remaining = STILL_OFF_BY * largest(found.abs(), found_roughly.abs());
             let total = smallest(remaining.hypot(error), most.total());
-            let (discretisation, computation) = (part.detail.abs() + part.unseen, part.swapped.abs() + part.off_by());
+            let (discretisation, computation) = (part.detail.abs() + part.unseen, part.swapped.abs() + part.likely_error());
             let parts = Ledger { discretisation, computation, ..Ledger::default() };
             let estimate = parts * ratio(total, parts.total());
             MeanError { estimate, correction: found, error }
@@ -432,16 +432,16 @@ impl Solution {
         let defect: f64 = phi.iter().zip(emitted).zip(held).map(|((phi, e), t)| phi * (e - t)).sum();
         // The error of the swapped gather.
         let power = (held[0] + lamp).abs() * area;
-        let links_error = square(power * self.off_by_links(importance, nodes_basis, channel, by, true));
+        let links_error = square(power * self.links_likely_error(importance, nodes_basis, channel, by, true));
         let of_links: f64 = by.0.iter().map(|link| power * self.neglected_by(link, importance, nodes_basis, channel)).sum();
         let mut part = Part { swapped: area * defect, squared_error: links_error, neglected: of_links, ..Part::default() };
-        let (mut by_polynomial, mut off_below) = (0.0, BTreeMap::new());
+        let (mut by_polynomial, mut power_errors_below) = (0.0, BTreeMap::new());
         if rho > 0.0 {
             let residuals = &self.error_estimate.residuals;
             part.unseen += area * phi[0] * (residuals[0][receiver][channel].unseen + residuals[1][receiver][channel].unseen);
             // Where light is even rays and clusters are off alike in both gathers.
             part.squared_error +=
-                square(area * rho * phi[0] * self.off_by_links(&self.radiosity.field, basis, channel, own, false));
+                square(area * rho * phi[0] * self.links_likely_error(&self.radiosity.field, basis, channel, own, false));
             let samples: Vec<f64> = irradiance(&self.system.mesh, &self.radiosity.field, own.0, own.1, channel, nodes)
                 .iter()
                 .map(|h| rho * h)
@@ -457,7 +457,7 @@ impl Solution {
             if let Some((element, own)) = self.nearest_below(receiver, leaf, below) {
                 let (own, links_error) = &own[channel];
                 part.swapped += area * (dot(&light, &self.restricted(element, leaf, basis, own)) - dot(&light, &z));
-                *off_below.entry(element).or_insert(0.0) += power * links_error;
+                *power_errors_below.entry(element).or_insert(0.0) += power * links_error;
             } else {
                 by_polynomial += power;
             }
@@ -466,8 +466,8 @@ impl Solution {
                 self.add_details(&mut part, leaf, (&self.direct_samples(leaf, channel), &z), by.1.is_empty().then_some(&excess));
             }
         }
-        part.squared_error += square(by_polynomial * off_by_rule(nodes_basis, &excess));
-        part.squared_error += off_below.into_values().map(square).sum::<f64>();
+        part.squared_error += square(by_polynomial * rule_error(nodes_basis, &excess));
+        part.squared_error += power_errors_below.into_values().map(square).sum::<f64>();
         part
     }
 
@@ -510,7 +510,14 @@ impl Solution {
 
     /// The error of rays and clusters of a receiver in a light that it gathers, and of the evaluations of links if they count, in
     /// the mean over its nodes, as if without order.
-    fn off_by_links(&self, light: &Field, basis: &Basis, channel: usize, (links, far): (&[Link], &Far), evaluated: bool) -> f64 {
+    fn links_likely_error(
+        &self,
+        light: &Field,
+        basis: &Basis,
+        channel: usize,
+        (links, far): (&[Link], &Far),
+        evaluated: bool,
+    ) -> f64 {
         let of_link = |link: &Link| {
             let coefficients = light.coefficients(link.source, channel, self.system.mesh.basis(link.source).len());
             let row_error = |row: &Row| if evaluated || row.likely.is_some() { row.likely_error_of(coefficients) } else { 0.0 };

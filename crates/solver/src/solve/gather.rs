@@ -277,7 +277,7 @@ impl Solution {
             if (nearest - station.point).length() > CLOSE * self.system.mesh.elements()[leaf].radius() {
                 continue;
             }
-            for (lacking, error) in lacking.iter_mut().zip(self.off_at(leaf, nearest, &[])?.into_iter().flatten()) {
+            for (lacking, error) in lacking.iter_mut().zip(self.defect_at(leaf, nearest, &[])?.into_iter().flatten()) {
                 let lacks = row.likely_factor() * error;
                 *lacking = [lacking[0] + lacks, lacking[1] + lacks.abs()];
             }

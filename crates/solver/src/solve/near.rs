@@ -55,7 +55,7 @@ impl Solution {
                 open.extend(cell.divided(leaf, basis)?);
                 continue;
             }
-            let Some(functions) = self.off_on(&cell, basis, station, (leaf, near_edges))? else { continue };
+            let Some(functions) = self.defects_on(&cell, basis, station, (leaf, near_edges))? else { continue };
             let whole: Vec<&[f64]> = functions.iter().map(|of| &of[..]).collect();
             let mean: Vec<&[f64]> = functions.iter().map(|of| &of[..1]).collect();
             let [whole, mean] = [whole, mean].map(|of| self.gradients_of((&cell, basis), sight, station, &of));
@@ -70,7 +70,7 @@ impl Solution {
 
     /// In each channel, coefficients of the linear function through samples on a cell of a leaf. Where the station sees nothing, below its
     /// horizon, the mean of the others stands; `None` if it is so everywhere.
-    fn off_on(
+    fn defects_on(
         &self,
         cell: &Element,
         basis: &Basis,
@@ -81,7 +81,7 @@ impl Solution {
         for node in basis.nodes() {
             let place = cell.point(node.at);
             let is_above = station.normal.dot(place - station.point) > 0.0;
-            samples.push(if is_above { self.off_at(leaf, place, near_edges)? } else { None });
+            samples.push(if is_above { self.defect_at(leaf, place, near_edges)? } else { None });
         }
         let count = samples.iter().flatten().count();
         if count == 0 {
@@ -97,7 +97,7 @@ impl Solution {
     }
 
     /// The error `C - q` of a place of a leaf, with the terms of edges near by; `None` if q is not known.
-    pub(super) fn off_at(&self, leaf: usize, place: DVec3, near_edges: &[Lacking]) -> Result<Sample, Error> {
+    pub(super) fn defect_at(&self, leaf: usize, place: DVec3, near_edges: &[Lacking]) -> Result<Sample, Error> {
         let face = self.system.mesh.elements()[leaf].face();
         let sample = || {
             let Some(taken) = self.taken_at(face, place) else { return Ok(None) };

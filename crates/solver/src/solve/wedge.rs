@@ -241,17 +241,17 @@ impl Solution {
         let in_samples = |side: usize, step: usize, of: fn(&Sample) -> &[f64], channel: usize| -> Vec<f64> {
             samples[side].iter().step_by(step).map(|sample| of(sample)[channel]).collect()
         };
-        let off_there = |rows: &Rows, of: fn(&Sample) -> &[f64]| -> Option<Vec<Vec<f64>>> {
+        let error_there = |rows: &Rows, of: fn(&Sample) -> &[f64]| -> Option<Vec<Vec<f64>>> {
             let of_channel = |channel: usize| {
                 let rho = [0, 1].map(|side| in_samples(side, rows.step, |of| &of.rho, channel));
                 let defect = [0, 1].map(|side| in_samples(side, rows.step, of, channel));
-                off_by(&rho, &defect, &rows.of_samples).map(|[_, there]| there)
+                solve_errors(&rho, &defect, &rows.of_samples).map(|[_, there]| there)
             };
             channels().map(of_channel).collect()
         };
         let [all, half] = [1, 2].map(|step| wedge.rows(&distances, step));
         let errors =
-            [off_there(&all, |of| &of.defect), off_there(&half, |of| &of.defect), off_there(&all, |of| &of.defect_around)];
+            [error_there(&all, |of| &of.defect), error_there(&half, |of| &of.defect), error_there(&all, |of| &of.defect_around)];
         let [Some(fine), Some(roughly), Some(around)] = errors else { return Ok(None) };
         let of_channel = |part: usize| {
             let lacking_in = |channel: usize| {
@@ -421,7 +421,7 @@ fn way_on(polygon: &Polygon, from: DVec3, way: DVec3) -> f64 {
 
 /// `C - q + eps` on both sides, from reflectances, `C - q`, and the weights of all at each distance; `None` if the sum does not
 /// end.
-fn off_by(rho: &[Vec<f64>; 2], defect: &[Vec<f64>; 2], rows: &[Vec<f64>]) -> Option<[Vec<f64>; 2]> {
+fn solve_errors(rho: &[Vec<f64>; 2], defect: &[Vec<f64>; 2], rows: &[Vec<f64>]) -> Option<[Vec<f64>; 2]> {
     let mut error = defect.clone();
     let size = defect.iter().flatten().map(|of| of.abs()).sum::<f64>();
     for _ in 0..MOST_SWEEPS {
