@@ -67,7 +67,11 @@ fn missing<'a>(stated: &'a str, printed: &str) -> Option<&'a str> {
             may_skip = true;
             continue;
         }
-        let found = if may_skip { lines.any(|printed| line_agrees(line, printed)) } else { lines.next().is_some_and(|printed| line_agrees(line, printed)) };
+        let found = if may_skip {
+            lines.any(|printed| line_agrees(line, printed))
+        } else {
+            lines.next().is_some_and(|printed| line_agrees(line, printed))
+        };
         if !found {
             return Some(line);
         }
