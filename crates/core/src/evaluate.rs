@@ -279,7 +279,11 @@ pub fn radiosity_and_gradient(receiver: &Receiver, emitter: &Emitter) -> Result<
     ))
 }
 
-/// Irradiance vector `E = int B(y) omega domega` over the part of the emitter above the horizon, in the unit of the emission.
+/// Irradiance vector `E = int B(y) omega domega` over the part of the emitter above the horizon, in the unit of the emission: **pi times**
+/// the irradiance, if the emission is `pi L` for a radiance L.
+///
+/// Its part along a normal is the irradiance itself only where the emission was given as the radiance: of an emission `B = pi L` the
+/// irradiance is `n.E/pi`.
 ///
 /// The radiosity is `(rho/pi) n1.E`; a receiver at the same point with a nearby normal m, and the same part of the emitter
 /// above its horizon, has `(rho/pi) m.E`. Its derivative with respect to the normal is `dB/dn1 = (rho/pi) E`, also where the

@@ -3,7 +3,8 @@
 //! `B(x) = (rho/pi) int B(y) (n1.r)(-n2.r)/|r|^4 dA`, `r = y - x` (N. Holzschuch and F. X. Sillion 1995, Eq. 1), over the part of
 //! the emitter above the receiver's horizon and not hidden by occluders; the gradient is with respect to x at fixed n1. The
 //! emission `B(y)` is constant, linear or a polynomial. Radiosity is in the unit of the emission, the gradient in that over the
-//! unit of length; with `rho = 1` and `B(y) = 1` the radiosity is the form factor of the point.
+//! unit of length; with `rho = 1` and `B(y) = 1` the radiosity is the form factor of the point. The emission of a lamp of radiance L is
+//! `pi L`; the guide's page `docs/guide/units.md` sets radiance, emission, irradiance and illuminance side by side.
 //!
 //! - [`evaluate`] and [`evaluate_to`] answer to a relative tolerance, each number with a bound on its error;
 //! - [`evaluate_value`] answers with the value alone, to a relative or an absolute tolerance;

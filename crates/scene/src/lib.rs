@@ -4,7 +4,10 @@
 //! - [`Scene`]: named surfaces with materials, read from OBJ and MTL ([`obj`]), glTF 2.0 ([`gltf`]), `View3D` files
 //!   ([`view3d`], which also writes matrices of form factors), and meshes without materials from STL ([`stl`]) and PLY ([`ply`]).
 //! - [`Occluders`]: an index of a scene's polygons that finds those that may hide a part of an emitter from a receiver.
+//! - [`heat_balance`]: temperatures and heat of grey surfaces, from form factors.
 //! - [`output`]: files that are whole or not there.
+//!
+//! Scenes hold radiances; what they are in other units is on the guide's page `docs/guide/units.md`.
 //!
 //! Everything read here passes through the types of `radgrad-core`, so a [`case::Problem`] or a [`Face`] that exists is valid.
 

@@ -4,7 +4,8 @@
 //! that x sees (N. Holzschuch and F. X. Sillion 1995, Eq. 1, summed over all surfaces). [`solve`] approximates B by a polynomial
 //! on each element of a mesh ([`Basis`]: H. Zatz 1993), whose light at any point is known, occlusion included. So
 //! the residual of an approximation can be computed at any point, and an estimate of the error follows from it and from the fact
-//! that light gets less with each reflection.
+//! that light gets less with each reflection. Radiosities and irradiances are pi times the unit of the scene's radiances: the guide's page
+//! `docs/guide/units.md` sets them side by side.
 //!
 //! ```text
 //! Scene -> Mesh        mesh, element, contact: trees of parallelograms and triangles; basis, rule: polynomials and nodes
