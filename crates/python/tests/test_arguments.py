@@ -33,7 +33,7 @@ def test_masked_and_complex_arrays_are_refused_by_name(room, name, call):
         call(room, MASKED)
     with pytest.raises(ValueError, match=f"^{name} is complex.*{name}.real"):
         call(room, np.array([[0.5, 0.5, 0.0]]) + 0j)
-    with pytest.raises(ValueError, match=f"^{name} is an array of"):
+    with pytest.raises(ValueError, match=f"^{name}: expected numbers, found an array of"):
         call(room, np.array([["0.5", "0.5", "0"]]))
 
 
@@ -52,7 +52,7 @@ def test_masked_and_complex_arrays_are_refused_by_name(room, name, call):
         ("^tolerance is -1.*0 asks", lambda room: room.factors(tolerance=-1)),
         ("^tolerance is complex", lambda room: room.factors(tolerance=1j)),
         ("^most_cells is 1.5", lambda room: room.factors(most_cells=1.5)),
-        ("^error is an array", lambda room: room.solve(error="small")),
+        ("^error: expected numbers", lambda room: room.solve(error="small")),
         ("^progress is 7", lambda room: room.solve(progress=7)),
         ("^progress is 7", lambda room: room.factors(tolerance=0.3, progress=7)),
         ("^rtol has shape", lambda room: rg.evaluate(X, UP, LAMP, rtol=[1e-3, 1e-4])),

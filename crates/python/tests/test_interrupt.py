@@ -65,7 +65,7 @@ LONG = {
     "irradiance_vector": lambda of: rg.irradiance_vector(of["x"], [0, 0, 1], [of["lamp"]] * 30),
     "total": lambda of: rg.EmitterTree([of["lamp"]] * 500).total(of["x"], [0, 0, 1], atol=1e-12),
     "verify": lambda of: rg.verify(cases=10**7),
-    "factors": lambda of: of["scene"].factors(tolerance=1e-7, most_cells=10**9),
+    "factors": lambda of: of["scene"].factors(tolerance=1e-5),
     "gather": lambda of: of["solution"].gather(of["places"], [0, 0, 1], on="free"),
     "gradient": lambda of: of["solution"].gradient(of["places"], [0, 0, 1], on="free"),
 }

@@ -81,13 +81,13 @@ def test_blocks_of_factors_join_to_the_same_bytes(data):
     scene = rg.Scene.read(data / "scenes/two_blocks.obj", need_materials=False)
     whole = scene.factors(tolerance=0.1)
     from radgrad import _radgrad
-    from radgrad._scene import Factors, _settings
+    from radgrad._factors import Factors, settings_of
 
-    settings = _settings(0.1, None, None, None, None)
+    settings = settings_of(0.1, None, None, None, None)
     rows = len(scene._core.row_areas)
     blocks = [scene._core.factor_block(settings, first, min(first + 5, rows)) for first in range(0, rows, 5)]
     blocks = [pickle.loads(pickle.dumps(block)) for block in reversed(blocks)]
-    assert Factors(scene, scene._core.join(settings, blocks)).tobytes() == whole.tobytes()
+    assert Factors(scene, scene._core.join(settings, blocks), settings).tobytes() == whole.tobytes()
     with pytest.raises(ValueError, match="rows"):
         scene._core.join(settings, blocks[1:])
     with pytest.raises(ValueError, match="expected a block of factors"):

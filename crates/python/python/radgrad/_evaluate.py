@@ -29,7 +29,7 @@ def _numbers(value: Any, what: str, dtype: Any = np.float64) -> Floats:
         if given.dtype.kind == "c" or (given.dtype.kind == "O" and any(isinstance(one, complex) for one in given.flat)):
             raise ValueError(f"{what} is complex: expected real numbers; take the real part ({what}.real) if that is what is meant")
         if given.dtype.kind not in "biufO":
-            raise ValueError(f"{what} is an array of {given.dtype}: expected numbers; convert it first ({what}.astype(float))")
+            raise ValueError(f"{what}: expected numbers, found an array of {given.dtype}: convert it first ({what}.astype(float))")
         array = given.astype(dtype, copy=False)
     except (TypeError, ValueError) as error:
         if str(error).startswith(what):

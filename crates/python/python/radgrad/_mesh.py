@@ -88,7 +88,8 @@ def _note_colours(into: Mesh, mesh: Any) -> None:
 
 def _take_vtk(into: Mesh, mesh: Any, array: Optional[str], name: Optional[str]) -> None:
     grid = mesh if hasattr(mesh, "celltypes") else mesh.cast_to_unstructured_grid()
-    kinds, offsets, corners = np.asarray(grid.celltypes), np.asarray(grid.offset), np.asarray(grid.cell_connectivity)
+    offsets = np.asarray(grid.cell_offsets if hasattr(grid, "cell_offsets") else grid.offset)
+    kinds, corners = np.asarray(grid.celltypes), np.asarray(grid.cell_connectivity)
     faces, kept = [], []
     for cell, kind in enumerate(kinds.tolist()):
         if kind in THIN:
