@@ -86,7 +86,9 @@ pub(crate) enum Failure {
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let files: Vec<(PathBuf, &str)> =
         arguments.scene.files().iter().map(|(name, text)| (arguments.out.join(name), *text)).collect();
-    let differs = |(file, text): &&(PathBuf, &str)| file.exists() && std::fs::read(file).ok().as_deref() != Some(text.as_bytes());
+    let differs = |(file, text): &&(PathBuf, &str)| {
+        file.exists() && radgrad_scene::read_file(file, text.len() as u64).ok().as_deref() != Some(text.as_bytes())
+    };
     if let Some((file, _)) = files.iter().find(differs) {
         return Err(Failure::There(file.clone()));
     }

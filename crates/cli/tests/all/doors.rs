@@ -46,7 +46,7 @@ fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
 /// The lines of a source that are code of the library: neither of a test, nor a comment.
 fn code(text: &str) -> impl Iterator<Item = (usize, &str)> {
     let is_code = |line: &&str| !line.trim_start().starts_with("//");
-    let end = text.find("#[cfg(test)]\nmod tests {").unwrap_or(text.len());
+    let end = text.find("\nmod tests {").unwrap_or(text.len());
     text[..end].lines().enumerate().filter(move |(_, line)| is_code(line))
 }
 
