@@ -30,6 +30,7 @@ mod screen;
 mod tests;
 
 use radgrad_core::{DVec3, Emission, Emitter, Method, Polygon, Receiver, Tolerance, Value, evaluate_value};
+use smallvec::SmallVec;
 
 pub use block::FactorBlock;
 pub use field::FieldCell;
@@ -39,9 +40,11 @@ pub use pair::Factor;
 pub use repair::Repaired;
 pub use rule::gauss_legendre;
 
+use self::exchange::Part;
 use self::hiding::Neighbours;
+use self::rule::patches;
 use self::screen::{Cells, Screen, Sight};
-use crate::occluders::{may_hide, perimeter};
+use crate::occluders::{Tree, may_hide, perimeter};
 use crate::projection::normalising_power;
 use crate::{Beam, Error, Face, Occluders, Placement, Prepared, Scene, Warning, largest as larger, smallest as smaller};
 
@@ -114,9 +117,13 @@ pub struct FormFactors<'a> {
     warnings: Vec<Warning>,
     emitters: Vec<Emitter>,
     index: Occluders,
+    /// Its polygons that may hide a face from another.
+    hiders: Tree,
     /// The faces with coordinates up to 1, multiplied by this power of two: factors do not depend on the unit.
     power: f64,
     scaled: Vec<Polygon>,
+    /// The convex parts of each, for the rule in free sight.
+    parts: Vec<SmallVec<[Part; 1]>>,
     /// What hides, face by face, in that unit.
     screens: Vec<Vec<Screen>>,
     /// Which of them share edges.
@@ -148,13 +155,15 @@ impl<'a> FormFactors<'a> {
         let scale = |polygon: &Polygon| polygon.map(power, |v| v * power).map_err(Error::Face);
         let scaled = ready.polygons().map(scale).collect::<Result<Vec<_>, _>>()?;
         let screens: Vec<Vec<Screen>> = scaled.iter().map(Screen::all_of).collect();
+        let parts_of = |polygon: &Polygon| patches(polygon.vertices()).iter().map(|patch| Part::of(patch, polygon.normal())).collect();
+        let (parts, hiders) = (scaled.iter().map(parts_of).collect(), index.hiders());
         let neighbours = Neighbours::new(&screens);
         let spheres = scaled.iter().map(Sphere::around).collect();
         // A vertex is off by up to the rounding in each coordinate, and by what it was moved.
         let reach = |face: &Face| (face.moved() + 3.0_f64.sqrt() * ready.modelling().precision) * power;
         let bands =
             ready.faces().iter().zip(&scaled).map(|(face, polygon)| reach(face) * perimeter(polygon.vertices())).collect();
-        Ok(Self { scene, placement, warnings, emitters, index, power, scaled, screens, neighbours, spheres, bands })
+        Ok(Self { scene, placement, warnings, emitters, index, hiders, power, scaled, parts, screens, neighbours, spheres, bands })
     }
 
     /// The scene.
@@ -251,15 +260,34 @@ impl<'a> FormFactors<'a> {
 
     /// Whether one of two faces is nowhere in front of the other, as surfaces: then they see nothing of each other.
     fn is_behind(&self, faces: [usize; 2]) -> bool {
+        let both = [faces, [faces[1], faces[0]]];
+        let fronts = both.map(|[a, b]| self.front(a, b));
+        fronts.contains(&Front::None) || fronts.contains(&Front::Unclear) && both.iter().any(|&[a, b]| self.index.is_behind(b, a))
+    }
+
+    /// How much of a face is in front of another, where that is clear of all rounding.
+    fn front(&self, face: usize, other: usize) -> Front {
         // Planes are known to far better than this.
         const MARGIN: f64 = 1e-6;
-        let both = [[faces[0], faces[1]], [faces[1], faces[0]]];
-        let is_clearly = |&[a, b]: &[usize; 2]| {
-            let (polygon, sphere) = (self.scaled(a), self.spheres[b]);
-            let height = polygon.normal().dot(sphere.centre - polygon.vertices()[0]);
-            polygon.planarity_defect() < MARGIN && height < -sphere.radius - 2.0 * MARGIN
-        };
-        both.iter().any(is_clearly) || both.iter().any(|&[a, b]| self.index.is_behind(b, a))
+        let (polygon, sphere) = (self.scaled(face), self.spheres[other]);
+        let (normal, origin) = (polygon.normal(), polygon.vertices()[0]);
+        let height = normal.dot(sphere.centre - origin);
+        if polygon.planarity_defect() > MARGIN {
+            Front::Unclear
+        } else if height < -sphere.radius - 2.0 * MARGIN {
+            Front::None
+        } else if height > sphere.radius {
+            Front::All
+        } else {
+            let heights = self.scaled(other).vertices().iter().map(|&v| normal.dot(v - origin));
+            let (least, most) = heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), h| (smaller(a, h), larger(b, h)));
+            match (least >= -LEVEL, most > 2.0 * MARGIN) {
+                (true, true) => Front::All,
+                (false, true) => Front::Part,
+                _ if most < -2.0 * MARGIN => Front::None,
+                _ => Front::Unclear,
+            }
+        }
     }
 
     /// What a point sees of an emitter past `candidates`, in the unit in which coordinates are up to 1. `at.hider` is where to look
@@ -282,6 +310,20 @@ impl<'a> FormFactors<'a> {
         }
         evaluate(node, emitter, hiding.iter().map(|&k| self.scaled(k)).collect(), at.tolerance)
     }
+}
+
+/// Heights over a plane below which a point is in it: some roundings of coordinates up to 1.
+const LEVEL: f64 = 16.0 * f64::EPSILON;
+
+/// How much of a face is in front of another's plane.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Front {
+    /// All, up to some roundings, and clearly something.
+    All,
+    /// Clearly something.
+    Part,
+    None,
+    Unclear,
 }
 
 impl Sphere {

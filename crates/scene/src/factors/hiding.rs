@@ -181,7 +181,7 @@ impl FormFactors<'_> {
             let mut tried = around.last().map_or(NONE, |(_, tried)| *tried);
             let corners = corners.map(|corner| corner * self.power);
             // A face that cannot be cut into patches looks at all.
-            let may_see = cells.is_empty() || self.may_see_box(from, &cells, &corners, &mut tried);
+            let may_see = cells.is_empty() || self.hiders.is_empty() || self.may_see_box(from, &cells, &corners, &mut tried);
             around.push((range, tried));
             may_see
         };
@@ -212,6 +212,9 @@ impl FormFactors<'_> {
 
     /// Whether a face is not proven hidden from all patches of another.
     fn may_see_face(&self, from: usize, cells: &[Patch], to: usize, mut tried: Tried) -> bool {
+        if self.hiders.is_empty() {
+            return true;
+        }
         let targets = patches(self.scaled(to).vertices());
         let mut open: Vec<[Patch; 2]> =
             cells.iter().flat_map(|&cell| targets.iter().map(move |&target| [cell, target])).collect();
@@ -243,7 +246,7 @@ impl FormFactors<'_> {
     fn is_sight_between(&self, own: [usize; 2], outlines: [&[DVec3]; 2]) -> bool {
         let [cell, target] = outlines.map(|outline| (outline, middle(outline)));
         let near = |(outline, middle): (&[DVec3], DVec3), k: usize| (outline[k] + (middle - outline[k]) * ASIDE) / self.power;
-        (0..cell.0.len()).any(|i| (0..target.0.len()).any(|j| !self.index.is_between([near(cell, i), near(target, j)], &own)))
+        (0..cell.0.len()).any(|i| (0..target.0.len()).any(|j| !self.index.is_any_between(&self.hiders, [near(cell, i), near(target, j)], &own)))
     }
 
     /// A look. What was tried where the target is a part of is tried first, and is what this one tried then.
@@ -258,7 +261,7 @@ impl FormFactors<'_> {
         if before.iter().flatten().any(|&seed| is_hidden_by(seed)) {
             return Look::Hidden;
         }
-        let mut crossing = self.index.all_between(middles.map(|point| point / self.power), &own);
+        let mut crossing = self.index.all_between(&self.hiders, middles.map(|point| point / self.power), &own);
         crossing.retain(|&(face, _)| may_be_tried(face));
         if crossing.is_empty() {
             return Look::Free;

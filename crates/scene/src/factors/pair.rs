@@ -10,12 +10,12 @@ use serde::{Deserialize, Serialize};
 
 use super::bracket::{Between, Bracket, Search};
 use super::cubature::{Goal, Hiding, Rule};
-use super::exchange::{ALL_DIGITS, Exchange, exchange};
+use super::exchange::{ALL_DIGITS, Exchange, exchange, exchange_apart};
 use super::glance::Glance;
 use super::hiding::Wanted;
 use super::rule::{nodes_of, patches};
 use super::screen::{Screen, Undecided};
-use super::{FactorSettings, FormFactors, larger, middle, smaller};
+use super::{FactorSettings, FormFactors, Front, larger, middle, smaller};
 use crate::{Beam, Error};
 
 /// A form factor with a proven bracket.
@@ -114,7 +114,7 @@ impl Known {
         let lower = self.least / area * (1.0 - 8.0 * f64::EPSILON);
         let upper = self.most / area * (1.0 + 8.0 * f64::EPSILON);
         let error = larger(upper - value, value - lower) * (1.0 + f64::EPSILON);
-        let [modelling, estimate] = [self.modelling, self.estimate].map(|figure| figure / area);
+        let (modelling, estimate) = (self.modelling / area, self.estimate / area);
         Factor { value, lower, upper, error, modelling, estimate, occluders: self.occluders as usize }
     }
 
@@ -247,13 +247,26 @@ impl FormFactors<'_> {
         if self.is_behind(faces) {
             return None;
         }
-        let beam = Beam::from_polygon(self.polygon(faces[0]), self.polygon(faces[1]))?;
-        let candidates = self.index.in_beam(&beam, &faces).polygons;
+        let candidates = self.between_faces(faces)?;
         let screens: Vec<&Screen> = candidates.iter().flat_map(|&k| &self.screens[k]).collect();
         // Past others the estimate has fewer digits.
-        let truncation = if screens.is_empty() { ALL_DIGITS } else { truncation(OF_VALUE * settings.estimate) };
-        let free = exchange(polygons[0], polygons[1], truncation, larger(RESOLVED * settings.estimate, DIGITS));
+        let truncation = truncation(OF_VALUE * if screens.is_empty() { settings.relative_estimate } else { settings.estimate });
+        let apart = || {
+            let are_before = self.front(faces[0], faces[1]) == Front::All && self.front(faces[1], faces[0]) == Front::All;
+            if are_before { exchange_apart(faces.map(|face| (&self.parts[face][..], self.scaled(face))), truncation) } else { None }
+        };
+        let any = || exchange(polygons[0], polygons[1], truncation, larger(RESOLVED * settings.estimate, DIGITS));
+        let free = apart().unwrap_or_else(any);
         (free != Exchange::default()).then_some(Sighted { candidates, screens, free })
+    }
+
+    /// The faces that may be between two faces; `None` where one of them is nowhere in front of the other.
+    fn between_faces(&self, faces: [usize; 2]) -> Option<Vec<usize>> {
+        if self.hiders.is_empty() {
+            return Some(Vec::new());
+        }
+        let beam = Beam::from_polygon(self.polygon(faces[0]), self.polygon(faces[1]))?;
+        Some(self.index.in_beam_of(&self.hiders, &beam, &faces).polygons)
     }
 
     /// Whether each part of one face is proven hidden from each part of the other by a screen between their middles, alone or with those that it
