@@ -40,7 +40,7 @@ use super::{larger, smaller};
 use crate::occluders::perimeter;
 
 /// Two faces and what may hide one from the other, with coordinates up to 1.
-pub(super) struct Between<'a> {
+pub(super) struct TwoFaces<'a> {
     pub(super) polygons: [&'a Polygon; 2],
     pub(super) screens: Vec<&'a Screen>,
     /// Their exchange with nothing in between.
@@ -95,7 +95,7 @@ pub(super) struct Hider {
 
 /// A search for what two faces exchange, which can be stopped and taken up again.
 pub(super) struct Search<'a> {
-    between: Between<'a>,
+    between: TwoFaces<'a>,
     planes: [Plane; 2],
     seen: Exchange,
     hidden: Exchange,
@@ -113,22 +113,21 @@ pub(super) struct Search<'a> {
 }
 
 impl<'a> Search<'a> {
-    /// The faces as they are, if convex, else their convex parts.
-    pub(super) fn new(between: Between<'a>) -> Self {
+    /// The faces as they are, if convex, else their convex parts. Of each screen it is given what is known of its edges between the two.
+    pub(super) fn new(between: TwoFaces<'a>, hiders: &[Hider]) -> Self {
         let planes = between.polygons.map(|polygon| Plane {
             normal: polygon.normal(),
             slope: perimeter(polygon.vertices()) / polygon.area(),
             defect: polygon.planarity_defect(),
         });
         let [from, to] = [0, 1].map(|k| between.cells(k, &planes).into_iter().map(Rc::new).collect::<Vec<_>>());
-        let all: Vec<Hider> = (0..).zip(&between.screens).map(|(screen, _)| Hider { screen, open: Undecided::ALL }).collect();
         let (seen, hidden) = (Exchange::default(), Exchange::default());
         let (open, stuck, displaced) = (BinaryHeap::new(), Vec::new(), Vec::new());
         let passing = Passing::default();
         let mut search = Self { between, planes, seen, hidden, passing, open, stuck, moved: 0.0, displaced, pairs: 0 };
         for a in &from {
             for b in &to {
-                search.examine([Rc::clone(a), Rc::clone(b)], &all, None);
+                search.examine([Rc::clone(a), Rc::clone(b)], hiders, None);
             }
         }
         search
@@ -257,7 +256,7 @@ impl<'a> Search<'a> {
     }
 }
 
-impl Between<'_> {
+impl TwoFaces<'_> {
     fn exchange(&self, [a, b]: &[Rc<Cell>; 2], planes: &[Plane; 2]) -> Exchange {
         exchange_parts([&a.part(&planes[0]), &b.part(&planes[1])], self.accuracy)
     }

@@ -85,7 +85,7 @@ impl Occluders {
     }
 
     /// The same of the polygons of a tree.
-    pub(super) fn visit_of(&self, tree: &Tree, enters: impl Fn(&Bounds) -> bool, mut visit: impl FnMut(usize) -> bool) -> bool {
+    pub(crate) fn visit_of(&self, tree: &Tree, enters: impl Fn(&Bounds) -> bool, mut visit: impl FnMut(usize) -> bool) -> bool {
         let mut open: SmallVec<[usize; 64]> = SmallVec::new();
         open.extend(tree.root());
         while let Some(index) = open.pop() {
