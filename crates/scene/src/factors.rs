@@ -5,10 +5,17 @@
 //! - [`FormFactors::matrix`]: all of them, or a block of rows.
 //!
 //! The exchange of two faces, `E = A_i F_ij = A_j F_ji`, is one number a pair ([`pair`]): computed once, divided by each area
-//! last, so that factors are reciprocal to a rounding. In free sight it has a closed form ([`exchange`]). Otherwise both faces
-//! are divided into cells, and pairs of cells that see each other wholly, not at all or in part bracket the exchange
-//! ([`bracket`]); the value is the closed form of the first and an integral over the points of the last ([`cubature`]), and lies
-//! in the bracket. Nothing is normalised: whether rows of a closed scene sum to 1 is evidence. [`FactorMatrix::repair`] moves
+//! last, so that factors are reciprocal to a rounding. Which rule serves a pair:
+//!
+//! | pair | rule | why |
+//! |---|---|---|
+//! | in free sight, apart by more than half the size of a face | product Gauss rule on both areas ([`exchange`]) | a few nodes are within what is asked, by a bound known before |
+//! | in free sight, nearer | sum over pairs of edges, closed or by a rule | the kernel is singular where faces touch, logarithms are not |
+//! | past others, all of it within the tolerance and ten times what its value may be off | four points of the smaller face | nothing to all is a bracket |
+//! | past others, all of it within the tolerance | integral over points ([`cubature`]), in double precision ([`glance`]) | the same, and more is asked of the value |
+//! | past others, else | pairs of cells that see each other wholly, not at all or in part ([`bracket`]), and that integral | the bracket narrows to the tolerance |
+//!
+//! The value lies in the bracket. Nothing is normalised: whether rows of a closed scene sum to 1 is evidence. [`FactorMatrix::repair`] moves
 //! factors within their brackets until they do, for programs that need it.
 //!
 //! Factors have no unit. Faces see by their lit side; faces of surfaces that only hide others have no factors.
@@ -66,7 +73,8 @@ pub struct FactorSettings {
     pub most_cells: usize,
     /// Error down to which an obstructed factor is integrated by two rules, by their difference, while `most_points` last.
     pub estimate: f64,
-    /// The same over the factor that there would be with nothing in between; the larger counts. Where that factor is within `tolerance` and at most
+    /// The same over the factor that there would be with nothing in between; the larger counts. In free sight a third of this over the factor
+    /// itself, or a few roundings where that is more, is the bound that the rule is chosen by. Where that factor is within `tolerance` and at most
     /// this, a few looks may give the value, if they differ by no more than a tenth of this.
     pub relative_estimate: f64,
     /// Points that this may take.
@@ -155,7 +163,8 @@ impl<'a> FormFactors<'a> {
         let scale = |polygon: &Polygon| polygon.map(power, |v| v * power).map_err(Error::Face);
         let scaled = ready.polygons().map(scale).collect::<Result<Vec<_>, _>>()?;
         let screens: Vec<Vec<Screen>> = scaled.iter().map(Screen::all_of).collect();
-        let parts_of = |polygon: &Polygon| patches(polygon.vertices()).iter().map(|patch| Part::of(patch, polygon.normal())).collect();
+        let parts_of =
+            |polygon: &Polygon| patches(polygon.vertices()).iter().map(|patch| Part::of(patch, polygon.normal())).collect();
         let (parts, hiders) = (scaled.iter().map(parts_of).collect(), index.hiders());
         let neighbours = Neighbours::new(&screens);
         let spheres = scaled.iter().map(Sphere::around).collect();
@@ -163,7 +172,21 @@ impl<'a> FormFactors<'a> {
         let reach = |face: &Face| (face.moved() + 3.0_f64.sqrt() * ready.modelling().precision) * power;
         let bands =
             ready.faces().iter().zip(&scaled).map(|(face, polygon)| reach(face) * perimeter(polygon.vertices())).collect();
-        Ok(Self { scene, placement, warnings, emitters, index, hiders, power, scaled, parts, screens, neighbours, spheres, bands })
+        Ok(Self {
+            scene,
+            placement,
+            warnings,
+            emitters,
+            index,
+            hiders,
+            power,
+            scaled,
+            parts,
+            screens,
+            neighbours,
+            spheres,
+            bands,
+        })
     }
 
     /// The scene.

@@ -48,6 +48,8 @@ pub(super) struct TwoFaces<'a> {
     /// Allowed relative error of the exchange of two cells: small for cells that the value sums, larger for those that only
     /// narrow the bracket.
     pub(super) accuracy: f64,
+    /// Whether all between nothing and that is narrow enough: then what is known of mixed pairs is not asked for.
+    pub(super) is_met: bool,
 }
 
 /// Lower and upper bound on the exchange of two faces.
@@ -125,9 +127,11 @@ impl<'a> Search<'a> {
         let (open, stuck, displaced) = (BinaryHeap::new(), Vec::new(), Vec::new());
         let passing = Passing::default();
         let mut search = Self { between, planes, seen, hidden, passing, open, stuck, moved: 0.0, displaced, pairs: 0 };
+        // What is known of edges between two faces is so of the faces as a whole.
+        let are_whole = from.len() == 1 && to.len() == 1;
         for a in &from {
             for b in &to {
-                search.examine([Rc::clone(a), Rc::clone(b)], hiders, None);
+                search.examine([Rc::clone(a), Rc::clone(b)], (hiders, are_whole), None);
             }
         }
         search
@@ -171,7 +175,7 @@ impl<'a> Search<'a> {
             for part in parts.into_iter().flatten() {
                 let part = Rc::new(part);
                 let cells = if k == 0 { [part, Rc::clone(b)] } else { [Rc::clone(a), part] };
-                let found = self.examine(cells, &mixed.screens, rest);
+                let found = self.examine(cells, (&mixed.screens, false), rest);
                 rest = mixed.whole.zip(found).map(|(whole, part)| whole.without(part, moved));
             }
         }
@@ -207,8 +211,13 @@ impl<'a> Search<'a> {
     }
 
     /// Decides whether a pair is seen, hidden or mixed, counts it as that, and returns the exchange of its cells if that was computed. `rest` is
-    /// this exchange as far as their parents' says it.
-    fn examine(&mut self, cells: [Rc<Cell>; 2], screens: &[Hider], rest: Option<Exchange>) -> Option<Exchange> {
+    /// this exchange as far as their parents' says it. Of the screens that part the two, the edges that are given may be those of these cells.
+    fn examine(
+        &mut self,
+        cells: [Rc<Cell>; 2],
+        (screens, are_known): (&[Hider], bool),
+        rest: Option<Exchange>,
+    ) -> Option<Exchange> {
         let whole = || {
             let is_enough = |rest: &Exchange| rest.error <= self.between.accuracy * rest.area;
             rest.filter(is_enough).unwrap_or_else(|| self.between.exchange(&cells, &self.planes))
@@ -218,6 +227,10 @@ impl<'a> Search<'a> {
         let (mut partials, mut hiding) = (Vec::new(), Vec::new());
         for &Hider { screen: k, open } in screens {
             let screen = self.between.screens[k as usize];
+            if are_known && open.is_parting() {
+                partials.push(Partial { screen, name: k, open });
+                continue;
+            }
             let verdict = screen.between(&outlines, 1.0, open);
             if verdict.is_displaced && !self.displaced.contains(&k) {
                 self.displaced.push(k);
@@ -243,7 +256,8 @@ impl<'a> Search<'a> {
             return Some(add(&mut self.seen, whole()));
         }
         hiding.sort_unstable_by_key(|hider| hider.screen);
-        let found = passing([a, b], [first, second], &shadows, is_all, whole);
+        let is_met = self.between.is_met;
+        let found = if is_met { None } else { passing([a, b], [first, second], &shadows, is_all, whole) };
         let (known, guess) = match found {
             Some((known, whole)) => (known, larger(whole.most() - known.seen - known.hidden, 0.0)),
             None => (Passing::default(), guess(&cells, &self.planes)),

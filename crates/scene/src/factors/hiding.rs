@@ -242,7 +242,9 @@ impl FormFactors<'_> {
     fn is_sight_between(&self, own: [usize; 2], outlines: [&[DVec3]; 2]) -> bool {
         let [cell, target] = outlines.map(|outline| (outline, middle(outline)));
         let near = |(outline, middle): (&[DVec3], DVec3), k: usize| (outline[k] + (middle - outline[k]) * ASIDE) / self.power;
-        (0..cell.0.len()).any(|i| (0..target.0.len()).any(|j| !self.index.is_any_between(&self.hiders, [near(cell, i), near(target, j)], &own)))
+        (0..cell.0.len()).any(|i| {
+            (0..target.0.len()).any(|j| !self.index.is_any_between(&self.hiders, [near(cell, i), near(target, j)], &own))
+        })
     }
 
     /// A look. What was tried where the target is a part of is tried first, and is what this one tried then.

@@ -1,6 +1,6 @@
 //! The exchange of two faces, one number for both ways: `E = A_i F_ij = A_j F_ji`.
 //!
-//! The value is the best known: the exact exchange in free sight, else that of the cells that are surely seen plus what points of
+//! The value is the best known: in free sight the exchange as far as it is asked for, else that of the cells that are surely seen plus what points of
 //! the others see ([`super::cubature`]). The bracket is proven ([`super::bracket`]), and the value lies in it. Pairs are computed
 //! with the lower face first, and from nothing but the two faces and what is between, so that each is the same to the last digit
 //! whatever else is computed.
@@ -35,7 +35,7 @@ pub struct Factor {
     pub modelling: f64,
     /// What its error is by all appearances: with free sight the bound, past occluders the difference of two rules.
     pub estimate: f64,
-    /// Polygons that may hide a part of one face from the other: 0 where the sight is free and the value exact to rounding.
+    /// Polygons that may hide a part of one face from the other: 0 where the sight is free.
     pub occluders: usize,
 }
 
@@ -185,7 +185,7 @@ impl Known {
 impl FormFactors<'_> {
     /// Factor from face `from` to face `to`.
     ///
-    /// With free sight between the two it is exact to rounding. Else the estimate of its error is that of an integration, narrow but
+    /// With free sight between the two its error is at most `relative_estimate` of it, and a few roundings where that is 0. Else the estimate of its error is that of an integration, narrow but
     /// not proven, as far as `estimate` and `most_points` of the settings go; the bracket is proven, and narrowed as far as
     /// `tolerance`, `relative` and `most_cells` go.
     ///
@@ -254,11 +254,13 @@ impl FormFactors<'_> {
         let of_bracket = larger(OF_BRACKET * larger(settings.tolerance * area / free.area, settings.relative), of_value);
         // Of faces that are few roundings of their coordinates wide the sum over edges says less than their areas.
         let all = if free.most() > most { Exchange::within([least, most]) } else { free };
-        let mut search = Search::new(TwoFaces { polygons, screens, free: all, accuracy: of_value }, &hiders);
-        let difference = larger(difference, settings.relative_estimate * free.area);
-        let goal = Goal { difference, most_points: settings.most_points, at_point: 0.01 * settings.estimate };
         // Many digits want few and large cells: those from which the search starts. Few digits want those that are undecided for good.
         let is_precise = settings.estimate < MANY_DIGITS;
+        // Where nothing to all is narrow enough, it serves the value alone.
+        let is_met = !is_precise && most <= allowed(nothing_to_all);
+        let mut search = Search::new(TwoFaces { polygons, screens, free: all, accuracy: of_value, is_met }, &hiders);
+        let difference = larger(difference, settings.relative_estimate * free.area);
+        let goal = Goal { difference, most_points: settings.most_points, at_point: 0.01 * settings.estimate };
         if !is_precise {
             search.narrow(|bracket| bracket.width() <= ROUGHLY * allowed(bracket), settings.most_cells.min(A_LOOK));
         }
@@ -302,7 +304,10 @@ impl FormFactors<'_> {
         let truncation = truncation(OF_VALUE * if screens.is_empty() { settings.relative_estimate } else { settings.estimate });
         let apart = || {
             let are_before = self.front(faces[0], faces[1]) == Front::All && self.front(faces[1], faces[0]) == Front::All;
-            if are_before { exchange_apart(faces.map(|face| (&self.parts[face][..], self.scaled(face))), truncation) } else { None }
+            let parts = || faces.map(|face| (&self.parts[face][..], self.scaled(face)));
+            let found = if are_before { exchange_apart(parts(), truncation) } else { None };
+            // The other way has fewer roundings.
+            found.filter(|found| found.error <= 2.0 * truncation * found.area)
         };
         let any = || exchange(polygons[0], polygons[1], truncation, larger(RESOLVED * settings.estimate, DIGITS));
         let free = apart().unwrap_or_else(any);
@@ -361,7 +366,8 @@ impl FormFactors<'_> {
             let verdict = screen.between(cells, 1.0, Undecided::ALL);
             is_all &= verdict.sight == Sight::Free && !verdict.is_displaced;
             is_nothing &= verdict.sight == Sight::Blocked && !verdict.is_displaced;
-            left = verdict.edges.unwrap_or(Undecided::ALL);
+            // The search takes account of edges that were displaced.
+            left = verdict.edges.filter(|_| !verdict.is_displaced).unwrap_or(Undecided::ALL);
         }
         match (cells.len(), is_all, is_nothing) {
             (0, ..) => Left::Part(Undecided::ALL),

@@ -60,7 +60,8 @@ impl Occluders {
     pub(crate) fn hiders(&self) -> Tree {
         let has_any_behind = |shape: &Shape| {
             let front = shape.front(true);
-            let has_a_point_behind = |bounds: &Bounds| !front.holds_box(&shape.frame.locate(bounds.low), &shape.frame.locate(bounds.high));
+            let has_a_point_behind =
+                |bounds: &Bounds| !front.holds_box(&shape.frame.locate(bounds.low), &shape.frame.locate(bounds.high));
             let is_behind = |other: usize| !front.holds(self.polygons[other].vertices.iter().map(|&v| shape.frame.locate(v)));
             self.visit(has_a_point_behind, is_behind)
         };

@@ -16,7 +16,7 @@
 //! rule is exact for the Jacobian.
 //!
 //! Nodes are off by some roundings of coordinates up to 1, and off the planes of their normals by what corners are: L in all. That changes `n.r` by
-//! L and r by 2 L.
+//! 2 L and r by as much; where a part is as much behind the other's plane, and exchanges nothing, the rule takes off `L H`.
 
 use std::f64::consts::PI;
 
@@ -204,7 +204,7 @@ fn of_parts([a, b]: [&Part; 2], allowed: f64) -> Option<Exchange> {
         nodes.iter().for_each(|nodes| nodes.add_seen(x.to_array(), normals, &mut seen));
         sum += weight * ((seen[0] + seen[1]) + (seen[2] + seen[3]));
     }
-    let rounding = areas[0] * areas[1] * nearest * off * (heights[0] + heights[1] + off)
+    let rounding = areas[0] * areas[1] * nearest * 4.0 * off * (heights[0] + heights[1] + off)
         + sum.abs() * (8.0 * off / distance + 256.0 * ROUNDOFF);
     Some(Exchange { area: sum / PI, error: (rounding + truncation) / PI * 1.01 })
 }
