@@ -5,10 +5,17 @@
 //! - [`FormFactors::matrix`]: all of them, or a block of rows.
 //!
 //! The exchange of two faces, `E = A_i F_ij = A_j F_ji`, is one number a pair ([`pair`]): computed once, divided by each area
-//! last, so that factors are reciprocal to a rounding. In free sight it has a closed form ([`exchange`]). Otherwise both faces
-//! are divided into cells, and pairs of cells that see each other wholly, not at all or in part bracket the exchange
-//! ([`bracket`]); the value is the closed form of the first and an integral over the points of the last ([`cubature`]), and lies
-//! in the bracket. Nothing is normalised: whether rows of a closed scene sum to 1 is evidence. [`FactorMatrix::repair`] moves
+//! last, so that factors are reciprocal to a rounding. Which rule serves a pair:
+//!
+//! | pair | rule | why |
+//! |---|---|---|
+//! | in free sight, apart by more than half the size of a face | product Gauss rule on both areas ([`exchange`]) | a few nodes are within what is asked, by a bound known before |
+//! | in free sight, nearer | sum over pairs of edges, closed or by a rule | the kernel is singular where faces touch, logarithms are not |
+//! | past others, all of it within the tolerance and ten times what its value may be off | four points of the smaller face | nothing to all is a bracket |
+//! | past others, all of it within the tolerance | integral over points ([`cubature`]), in double precision ([`glance`]) | the same, and more is asked of the value |
+//! | past others, else | pairs of cells that see each other wholly, not at all or in part ([`bracket`]), and that integral | the bracket narrows to the tolerance |
+//!
+//! The value lies in the bracket. Nothing is normalised: whether rows of a closed scene sum to 1 is evidence. [`FactorMatrix::repair`] moves
 //! factors within their brackets until they do, for programs that need it.
 //!
 //! Factors have no unit. Faces see by their lit side; faces of surfaces that only hide others have no factors.
@@ -30,6 +37,7 @@ mod screen;
 mod tests;
 
 use radgrad_core::{DVec3, Emission, Emitter, Method, Polygon, Receiver, Tolerance, Value, evaluate_value};
+use smallvec::SmallVec;
 
 pub use block::FactorBlock;
 pub use field::FieldCell;
@@ -39,9 +47,11 @@ pub use pair::Factor;
 pub use repair::Repaired;
 pub use rule::gauss_legendre;
 
+use self::exchange::Part;
 use self::hiding::Neighbours;
+use self::rule::patches;
 use self::screen::{Cells, Screen, Sight};
-use crate::occluders::{may_hide, perimeter};
+use crate::occluders::{Tree, may_hide, perimeter};
 use crate::projection::normalising_power;
 use crate::{Beam, Error, Face, Occluders, Placement, Prepared, Scene, Warning, largest as larger, smallest as smaller};
 
@@ -63,7 +73,8 @@ pub struct FactorSettings {
     pub most_cells: usize,
     /// Error down to which an obstructed factor is integrated by two rules, by their difference, while `most_points` last.
     pub estimate: f64,
-    /// The same over the factor that there would be with nothing in between; the larger counts. Where that factor is within `tolerance` and at most
+    /// The same over the factor that there would be with nothing in between; the larger counts. In free sight a third of this over the factor
+    /// itself, or a few roundings where that is more, is the bound that the rule is chosen by. Where that factor is within `tolerance` and at most
     /// this, a few looks may give the value, if they differ by no more than a tenth of this.
     pub relative_estimate: f64,
     /// Points that this may take.
@@ -114,9 +125,13 @@ pub struct FormFactors<'a> {
     warnings: Vec<Warning>,
     emitters: Vec<Emitter>,
     index: Occluders,
+    /// Its polygons that may hide a face from another.
+    hiders: Tree,
     /// The faces with coordinates up to 1, multiplied by this power of two: factors do not depend on the unit.
     power: f64,
     scaled: Vec<Polygon>,
+    /// The convex parts of each, for the rule in free sight.
+    parts: Vec<SmallVec<[Part; 1]>>,
     /// What hides, face by face, in that unit.
     screens: Vec<Vec<Screen>>,
     /// Which of them share edges.
@@ -148,13 +163,30 @@ impl<'a> FormFactors<'a> {
         let scale = |polygon: &Polygon| polygon.map(power, |v| v * power).map_err(Error::Face);
         let scaled = ready.polygons().map(scale).collect::<Result<Vec<_>, _>>()?;
         let screens: Vec<Vec<Screen>> = scaled.iter().map(Screen::all_of).collect();
+        let parts_of =
+            |polygon: &Polygon| patches(polygon.vertices()).iter().map(|patch| Part::of(patch, polygon.normal())).collect();
+        let (parts, hiders) = (scaled.iter().map(parts_of).collect(), index.hiders());
         let neighbours = Neighbours::new(&screens);
         let spheres = scaled.iter().map(Sphere::around).collect();
         // A vertex is off by up to the rounding in each coordinate, and by what it was moved.
         let reach = |face: &Face| (face.moved() + 3.0_f64.sqrt() * ready.modelling().precision) * power;
         let bands =
             ready.faces().iter().zip(&scaled).map(|(face, polygon)| reach(face) * perimeter(polygon.vertices())).collect();
-        Ok(Self { scene, placement, warnings, emitters, index, power, scaled, screens, neighbours, spheres, bands })
+        Ok(Self {
+            scene,
+            placement,
+            warnings,
+            emitters,
+            index,
+            hiders,
+            power,
+            scaled,
+            parts,
+            screens,
+            neighbours,
+            spheres,
+            bands,
+        })
     }
 
     /// The scene.
@@ -251,15 +283,34 @@ impl<'a> FormFactors<'a> {
 
     /// Whether one of two faces is nowhere in front of the other, as surfaces: then they see nothing of each other.
     fn is_behind(&self, faces: [usize; 2]) -> bool {
+        let both = [faces, [faces[1], faces[0]]];
+        let fronts = both.map(|[a, b]| self.front(a, b));
+        fronts.contains(&Front::None) || fronts.contains(&Front::Unclear) && both.iter().any(|&[a, b]| self.index.is_behind(b, a))
+    }
+
+    /// How much of a face is in front of another, where that is clear of all rounding.
+    fn front(&self, face: usize, other: usize) -> Front {
         // Planes are known to far better than this.
         const MARGIN: f64 = 1e-6;
-        let both = [[faces[0], faces[1]], [faces[1], faces[0]]];
-        let is_clearly = |&[a, b]: &[usize; 2]| {
-            let (polygon, sphere) = (self.scaled(a), self.spheres[b]);
-            let height = polygon.normal().dot(sphere.centre - polygon.vertices()[0]);
-            polygon.planarity_defect() < MARGIN && height < -sphere.radius - 2.0 * MARGIN
-        };
-        both.iter().any(is_clearly) || both.iter().any(|&[a, b]| self.index.is_behind(b, a))
+        let (polygon, sphere) = (self.scaled(face), self.spheres[other]);
+        let (normal, origin) = (polygon.normal(), polygon.vertices()[0]);
+        let height = normal.dot(sphere.centre - origin);
+        if polygon.planarity_defect() > MARGIN {
+            Front::Unclear
+        } else if height < -sphere.radius - 2.0 * MARGIN {
+            Front::None
+        } else if height > sphere.radius {
+            Front::All
+        } else {
+            let heights = self.scaled(other).vertices().iter().map(|&v| normal.dot(v - origin));
+            let (least, most) = heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), h| (smaller(a, h), larger(b, h)));
+            match (least >= -LEVEL, most > 2.0 * MARGIN) {
+                (true, true) => Front::All,
+                (false, true) => Front::Part,
+                _ if most < -2.0 * MARGIN => Front::None,
+                _ => Front::Unclear,
+            }
+        }
     }
 
     /// What a point sees of an emitter past `candidates`, in the unit in which coordinates are up to 1. `at.hider` is where to look
@@ -282,6 +333,20 @@ impl<'a> FormFactors<'a> {
         }
         evaluate(node, emitter, hiding.iter().map(|&k| self.scaled(k)).collect(), at.tolerance)
     }
+}
+
+/// Heights over a plane below which a point is in it: some roundings of coordinates up to 1.
+const LEVEL: f64 = 16.0 * f64::EPSILON;
+
+/// How much of a face is in front of another's plane.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Front {
+    /// All, up to some roundings, and clearly something.
+    All,
+    /// Clearly something.
+    Part,
+    None,
+    Unclear,
 }
 
 impl Sphere {

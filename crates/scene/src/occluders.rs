@@ -96,18 +96,23 @@ impl Occluders {
     /// the polygon that the receiver is on.
     #[must_use]
     pub fn in_beam(&self, beam: &Beam, leave_out: &[usize]) -> Found {
+        self.in_beam_of(&self.tree, beam, leave_out)
+    }
+
+    /// The same of the polygons of a tree.
+    pub(crate) fn in_beam_of(&self, tree: &Tree, beam: &Beam, leave_out: &[usize]) -> Found {
         let mut found = Found::default();
         let mut open = Vec::with_capacity(64);
-        open.extend(self.tree.root());
+        open.extend(tree.root());
         while let Some(index) = open.pop() {
-            let node = &self.tree.nodes[index];
+            let node = &tree.nodes[index];
             found.boxes_tested += 1;
             if beam.misses_box(&node.bounds) {
                 continue;
             }
             match &node.content {
                 Content::Branch(children) => open.extend(children),
-                Content::Leaf => self.test(beam, &self.tree.order[node.range.clone()], leave_out, &mut found),
+                Content::Leaf => self.test(beam, &tree.order[node.range.clone()], leave_out, &mut found),
             }
         }
         found.polygons.sort_unstable();

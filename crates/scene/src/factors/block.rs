@@ -53,7 +53,7 @@ impl FormFactors<'_> {
         };
         let found = rows.clone().into_par_iter().with_max_len(1).map(of_row).collect::<Result<Vec<_>, _>>()?;
         let mut pairs: Vec<Pair> = found.into_iter().flatten().collect();
-        pairs.sort_unstable_by_key(|pair| pair.faces);
+        pairs.sort_by_key(Pair::key);
         Ok(FactorBlock { rows, pairs })
     }
 

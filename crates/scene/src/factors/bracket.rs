@@ -40,7 +40,7 @@ use super::{larger, smaller};
 use crate::occluders::perimeter;
 
 /// Two faces and what may hide one from the other, with coordinates up to 1.
-pub(super) struct Between<'a> {
+pub(super) struct TwoFaces<'a> {
     pub(super) polygons: [&'a Polygon; 2],
     pub(super) screens: Vec<&'a Screen>,
     /// Their exchange with nothing in between.
@@ -48,6 +48,8 @@ pub(super) struct Between<'a> {
     /// Allowed relative error of the exchange of two cells: small for cells that the value sums, larger for those that only
     /// narrow the bracket.
     pub(super) accuracy: f64,
+    /// Whether all between nothing and that is narrow enough: then what is known of mixed pairs is not asked for.
+    pub(super) is_met: bool,
 }
 
 /// Lower and upper bound on the exchange of two faces.
@@ -95,7 +97,7 @@ pub(super) struct Hider {
 
 /// A search for what two faces exchange, which can be stopped and taken up again.
 pub(super) struct Search<'a> {
-    between: Between<'a>,
+    between: TwoFaces<'a>,
     planes: [Plane; 2],
     seen: Exchange,
     hidden: Exchange,
@@ -113,22 +115,23 @@ pub(super) struct Search<'a> {
 }
 
 impl<'a> Search<'a> {
-    /// The faces as they are, if convex, else their convex parts.
-    pub(super) fn new(between: Between<'a>) -> Self {
+    /// The faces as they are, if convex, else their convex parts. Of each screen it is given what is known of its edges between the two.
+    pub(super) fn new(between: TwoFaces<'a>, hiders: &[Hider]) -> Self {
         let planes = between.polygons.map(|polygon| Plane {
             normal: polygon.normal(),
             slope: perimeter(polygon.vertices()) / polygon.area(),
             defect: polygon.planarity_defect(),
         });
         let [from, to] = [0, 1].map(|k| between.cells(k, &planes).into_iter().map(Rc::new).collect::<Vec<_>>());
-        let all: Vec<Hider> = (0..).zip(&between.screens).map(|(screen, _)| Hider { screen, open: Undecided::ALL }).collect();
         let (seen, hidden) = (Exchange::default(), Exchange::default());
         let (open, stuck, displaced) = (BinaryHeap::new(), Vec::new(), Vec::new());
         let passing = Passing::default();
         let mut search = Self { between, planes, seen, hidden, passing, open, stuck, moved: 0.0, displaced, pairs: 0 };
+        // What is known of edges between two faces is so of the faces as a whole.
+        let are_whole = from.len() == 1 && to.len() == 1;
         for a in &from {
             for b in &to {
-                search.examine([Rc::clone(a), Rc::clone(b)], &all, None);
+                search.examine([Rc::clone(a), Rc::clone(b)], (hiders, are_whole), None);
             }
         }
         search
@@ -172,7 +175,7 @@ impl<'a> Search<'a> {
             for part in parts.into_iter().flatten() {
                 let part = Rc::new(part);
                 let cells = if k == 0 { [part, Rc::clone(b)] } else { [Rc::clone(a), part] };
-                let found = self.examine(cells, &mixed.screens, rest);
+                let found = self.examine(cells, (&mixed.screens, false), rest);
                 rest = mixed.whole.zip(found).map(|(whole, part)| whole.without(part, moved));
             }
         }
@@ -208,8 +211,13 @@ impl<'a> Search<'a> {
     }
 
     /// Decides whether a pair is seen, hidden or mixed, counts it as that, and returns the exchange of its cells if that was computed. `rest` is
-    /// this exchange as far as their parents' says it.
-    fn examine(&mut self, cells: [Rc<Cell>; 2], screens: &[Hider], rest: Option<Exchange>) -> Option<Exchange> {
+    /// this exchange as far as their parents' says it. Of the screens that part the two, the edges that are given may be those of these cells.
+    fn examine(
+        &mut self,
+        cells: [Rc<Cell>; 2],
+        (screens, are_known): (&[Hider], bool),
+        rest: Option<Exchange>,
+    ) -> Option<Exchange> {
         let whole = || {
             let is_enough = |rest: &Exchange| rest.error <= self.between.accuracy * rest.area;
             rest.filter(is_enough).unwrap_or_else(|| self.between.exchange(&cells, &self.planes))
@@ -219,6 +227,10 @@ impl<'a> Search<'a> {
         let (mut partials, mut hiding) = (Vec::new(), Vec::new());
         for &Hider { screen: k, open } in screens {
             let screen = self.between.screens[k as usize];
+            if are_known && open.is_parting() {
+                partials.push(Partial { screen, name: k, open });
+                continue;
+            }
             let verdict = screen.between(&outlines, 1.0, open);
             if verdict.is_displaced && !self.displaced.contains(&k) {
                 self.displaced.push(k);
@@ -244,7 +256,8 @@ impl<'a> Search<'a> {
             return Some(add(&mut self.seen, whole()));
         }
         hiding.sort_unstable_by_key(|hider| hider.screen);
-        let found = passing([a, b], [first, second], &shadows, is_all, whole);
+        let is_met = self.between.is_met;
+        let found = if is_met { None } else { passing([a, b], [first, second], &shadows, is_all, whole) };
         let (known, guess) = match found {
             Some((known, whole)) => (known, larger(whole.most() - known.seen - known.hidden, 0.0)),
             None => (Passing::default(), guess(&cells, &self.planes)),
@@ -257,7 +270,7 @@ impl<'a> Search<'a> {
     }
 }
 
-impl Between<'_> {
+impl TwoFaces<'_> {
     fn exchange(&self, [a, b]: &[Rc<Cell>; 2], planes: &[Plane; 2]) -> Exchange {
         exchange_parts([&a.part(&planes[0]), &b.part(&planes[1])], self.accuracy)
     }

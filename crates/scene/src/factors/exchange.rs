@@ -20,6 +20,7 @@ mod skew;
 #[cfg(test)]
 mod tests;
 
+pub(super) use self::far::Part;
 use radgrad_core::{DVec3, Polygon};
 
 use super::{larger, middle, smaller};
@@ -96,6 +97,17 @@ pub(super) fn exchange(from: &Polygon, to: &Polygon, truncation: f64, resolved: 
         area: polygon.area(),
     });
     exchange_outlines([&from, &to], truncation, resolved)
+}
+
+/// The same of two faces that have all of each other in front, up to a few roundings of coordinates up to 1, and are not near for their size; `None` where
+/// they are. The parts of each are given, and how far its vertices may be off its plane.
+pub(super) fn exchange_apart(faces: [(&[Part], &Polygon); 2], truncation: f64) -> Option<Exchange> {
+    let [(from, a), (to, b)] = faces;
+    let found = far::between([from, to], truncation)?;
+    let moved = a.planarity_defect() + b.planarity_defect() + 64.0 * ROUNDOFF;
+    let [seen_a, seen_b] = far::most_seen([a.vertices(), b.vertices()], [a.area(), b.area()]);
+    let displaced = moved * (perimeter(a.vertices()) * seen_b + perimeter(b.vertices()) * seen_a);
+    Some(Exchange { error: found.error + displaced, ..found })
 }
 
 /// The same of parts of polygons, by the sum over edges alone.

@@ -12,6 +12,7 @@ use std::collections::HashMap;
 use std::ops::Range;
 
 use radgrad_core::DVec3;
+use smallvec::SmallVec;
 
 use super::bracket::{Partial, fuse};
 use super::rule::{Patch, patches};
@@ -43,28 +44,20 @@ const ASIDE: f64 = 0.05;
 /// A screen: its face, and its number among the convex parts of that.
 pub(super) type Place = (usize, usize);
 
-/// The screens that have an edge, by its ends from the first to the second.
+/// The edges of each face's convex parts, one part after the other.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Neighbours {
-    of: HashMap<[u64; 6], Vec<Place>>,
-    /// Of each face the edges of its convex parts, with the normals of those beyond.
-    edges: Vec<Vec<([DVec3; 2], Beyond)>>,
+    edges: Vec<Vec<Edge>>,
 }
 
-/// The normals of the screens beyond an edge: mostly one.
+/// An edge of a screen, and what is beyond it.
 #[derive(Debug, Clone)]
-enum Beyond {
-    One(DVec3),
-    Some(Vec<DVec3>),
-}
-
-impl Beyond {
-    fn normals(&self) -> &[DVec3] {
-        match self {
-            Self::One(normal) => std::slice::from_ref(normal),
-            Self::Some(normals) => normals,
-        }
-    }
+struct Edge {
+    ends: [DVec3; 2],
+    /// The other screens that have it, either way: mostly one.
+    others: SmallVec<[Place; 1]>,
+    /// The normals of those of other faces.
+    normals: SmallVec<[DVec3; 1]>,
 }
 
 impl Neighbours {
@@ -75,26 +68,29 @@ impl Neighbours {
                 screen.edges().for_each(|edge| of.entry(Self::key(edge)).or_default().push((face, part)));
             }
         }
-        let mut neighbours = Self { of, edges: Vec::new() };
-        let of_face = |(face, parts): (usize, &Vec<Screen>)| {
-            let beyond = |edge: [DVec3; 2]| {
-                let others = neighbours.at(edge).filter(|other| other.0 != face);
-                let normals: Vec<DVec3> = others.map(|(face, part)| screens[face][part].normal()).collect();
-                (edge, if let [normal] = normals[..] { Beyond::One(normal) } else { Beyond::Some(normals) })
+        let of_screen = |(place, screen): (Place, &Screen)| -> Vec<Edge> {
+            let edge = |ends: [DVec3; 2]| {
+                let [a, b] = ends;
+                let all = [[a, b], [b, a]].into_iter().filter_map(|edge| of.get(&Self::key(edge))).flatten().copied();
+                let others: SmallVec<[Place; 1]> = all.filter(|other| *other != place).collect();
+                let normal = |&(face, part): &Place| screens[face][part].normal();
+                let normals = others.iter().filter(|other| other.0 != place.0).map(normal).collect();
+                Edge { ends, others, normals }
             };
-            parts.iter().flat_map(Screen::edges).map(beyond).collect()
+            screen.edges().map(edge).collect()
         };
-        neighbours.edges = screens.iter().enumerate().map(of_face).collect();
-        neighbours
+        let of_face = |(face, parts): (usize, &Vec<Screen>)| {
+            parts.iter().enumerate().flat_map(|(part, screen)| of_screen(((face, part), screen))).collect()
+        };
+        Self { edges: screens.iter().enumerate().map(of_face).collect() }
     }
 
     /// How far a point of a face is inside the outline that the face and its neighbours show along a direction.
     fn clearance(&self, (face, normal): (usize, DVec3), point: DVec3, along: DVec3) -> f64 {
         let towards = normal.dot(along);
-        let is_outline =
-            |(_, beyond): &&([DVec3; 2], Beyond)| beyond.normals().iter().all(|normal| normal.dot(along) * towards <= 0.0);
+        let is_outline = |edge: &&Edge| edge.normals.iter().all(|normal| normal.dot(along) * towards <= 0.0);
         // Squares, of an edge along the direction 0.
-        let across = |([a, b], _): &([DVec3; 2], Beyond)| {
+        let across = |Edge { ends: [a, b], .. }: &Edge| {
             let side = (*b - *a).cross(along);
             let (height, length) = (side.dot(point - *a), side.length_squared());
             if length > 0.0 { height * height / length } else { 0.0 }
@@ -107,9 +103,9 @@ impl Neighbours {
         [a.x, a.y, a.z, b.x, b.y, b.z].map(|x| (x + 0.0).to_bits())
     }
 
-    /// Those that have an edge, either way.
-    fn at(&self, [a, b]: [DVec3; 2]) -> impl Iterator<Item = Place> {
-        [[a, b], [b, a]].into_iter().filter_map(|edge| self.of.get(&Self::key(edge))).flatten().copied()
+    /// The other screens that have an edge of a face, given by its number among those of all parts.
+    fn beyond(&self, face: usize, edge: usize) -> impl Iterator<Item = Place> {
+        self.edges[face].get(edge).into_iter().flat_map(|edge| edge.others.iter().copied())
     }
 }
 
@@ -181,7 +177,7 @@ impl FormFactors<'_> {
             let mut tried = around.last().map_or(NONE, |(_, tried)| *tried);
             let corners = corners.map(|corner| corner * self.power);
             // A face that cannot be cut into patches looks at all.
-            let may_see = cells.is_empty() || self.may_see_box(from, &cells, &corners, &mut tried);
+            let may_see = cells.is_empty() || self.hiders.is_empty() || self.may_see_box(from, &cells, &corners, &mut tried);
             around.push((range, tried));
             may_see
         };
@@ -212,6 +208,9 @@ impl FormFactors<'_> {
 
     /// Whether a face is not proven hidden from all patches of another.
     fn may_see_face(&self, from: usize, cells: &[Patch], to: usize, mut tried: Tried) -> bool {
+        if self.hiders.is_empty() {
+            return true;
+        }
         let targets = patches(self.scaled(to).vertices());
         let mut open: Vec<[Patch; 2]> =
             cells.iter().flat_map(|&cell| targets.iter().map(move |&target| [cell, target])).collect();
@@ -243,7 +242,9 @@ impl FormFactors<'_> {
     fn is_sight_between(&self, own: [usize; 2], outlines: [&[DVec3]; 2]) -> bool {
         let [cell, target] = outlines.map(|outline| (outline, middle(outline)));
         let near = |(outline, middle): (&[DVec3], DVec3), k: usize| (outline[k] + (middle - outline[k]) * ASIDE) / self.power;
-        (0..cell.0.len()).any(|i| (0..target.0.len()).any(|j| !self.index.is_between([near(cell, i), near(target, j)], &own)))
+        (0..cell.0.len()).any(|i| {
+            (0..target.0.len()).any(|j| !self.index.is_any_between(&self.hiders, [near(cell, i), near(target, j)], &own))
+        })
     }
 
     /// A look. What was tried where the target is a part of is tried first, and is what this one tried then.
@@ -258,7 +259,7 @@ impl FormFactors<'_> {
         if before.iter().flatten().any(|&seed| is_hidden_by(seed)) {
             return Look::Hidden;
         }
-        let mut crossing = self.index.all_between(middles.map(|point| point / self.power), &own);
+        let mut crossing = self.index.all_between(&self.hiders, middles.map(|point| point / self.power), &own);
         crossing.retain(|&(face, _)| may_be_tried(face));
         if crossing.is_empty() {
             return Look::Free;
@@ -309,10 +310,11 @@ impl FormFactors<'_> {
         (seed, most): (Place, usize),
         to: Option<usize>,
     ) -> bool {
-        let mut partials: Vec<Partial<'_>> = Vec::new();
-        let mut known: Vec<Place> = Vec::new();
+        let mut partials: SmallVec<[Partial<'_>; MOST_TOGETHER]> = SmallVec::new();
+        let mut known: SmallVec<[Place; MOST_TOGETHER]> = SmallVec::new();
         // Edges that are not decided, and what is on the other side of them.
-        let mut open: Vec<(Option<[DVec3; 2]>, Place)> = vec![(None, seed)];
+        let mut open: SmallVec<[(Option<[DVec3; 2]>, Place); MOST_TOGETHER]> = SmallVec::new();
+        open.push((None, seed));
         let screen_at = |(face, part): Place| &self.screens[face][part];
         let mut next = 0;
         while let Some(&(edge, place)) = open.get(next) {
@@ -335,23 +337,20 @@ impl FormFactors<'_> {
                 (Sight::Blocked, _) => return true,
                 (Sight::Part, Some(undecided)) => {
                     let edges = || screen.undecided(undecided);
+                    let before: usize = self.screens[place.0][..place.1].iter().map(|part| part.outline().len()).sum();
                     // An outline ends here.
                     if edge.is_some_and(|[a, b]| !edges().any(|edge| edge == [b, a])) {
                         return false;
                     }
-                    for [a, b] in edges() {
+                    for (k, [a, b]) in screen.numbered(undecided) {
                         let is_joined = partials.iter().any(|other| other.edges().any(|edge| edge == [b, a]));
                         if is_joined {
                             continue;
                         }
-                        let before = open.len();
-                        open.extend(
-                            self.neighbours
-                                .at([a, b])
-                                .filter(|other| *other != place && !own.contains(&other.0))
-                                .map(|other| (Some([a, b]), other)),
-                        );
-                        if open.len() == before {
+                        let beyond = self.neighbours.beyond(place.0, before + k).filter(|other| !own.contains(&other.0));
+                        let count = open.len();
+                        open.extend(beyond.map(|other| (Some([a, b]), other)));
+                        if open.len() == count {
                             return false;
                         }
                     }

@@ -45,6 +45,13 @@ pub(super) struct Pair {
     pub(super) known: Known,
 }
 
+impl Pair {
+    /// Ascending in the first face, then in the second.
+    pub(super) fn key(&self) -> u64 {
+        u64::from(self.faces[0]) << 32 | u64::from(self.faces[1])
+    }
+}
+
 /// The factors between all faces that exchange light, or a block of their rows; those that are not there are exactly 0.
 ///
 /// ```
@@ -152,7 +159,9 @@ impl FormFactors<'_> {
         };
         // One pair may take a thousand times what another does.
         let found: Vec<Option<Pair>> = others.par_iter().with_max_len(4).map(of).collect::<Result<_, Error>>()?;
-        Ok(found.into_iter().flatten().collect())
+        let mut pairs: Vec<Pair> = found.into_iter().flatten().collect();
+        pairs.sort_unstable_by_key(Pair::key);
+        Ok(pairs)
     }
 
     /// The faces below those of some rows that see them, row by row: of two faces the lower one looks.
@@ -255,8 +264,10 @@ impl FormFactors<'_> {
         let of_row = |ComputedRow { face, pairs }: ComputedRow| {
             pairs.into_iter().map(move |(other, known)| Pair { faces: [face.min(other), face.max(other)], known })
         };
-        let mut pairs: Vec<Pair> = computed.into_iter().chain(found).flat_map(of_row).collect();
-        pairs.par_sort_unstable_by_key(|pair| pair.faces);
+        let mut pairs: Vec<Pair> = Vec::with_capacity(computed.iter().chain(&found).map(|row| row.pairs.len()).sum());
+        pairs.extend(computed.into_iter().chain(found).flat_map(of_row));
+        // A stable sort takes rows that are in order as they are.
+        pairs.par_sort_by_key(Pair::key);
         self.of_pairs(faces.to_vec(), pairs)
     }
 
@@ -353,10 +364,10 @@ impl FactorMatrix {
     }
 
     fn entry(&self, from: usize, pair: &Pair) -> Entry {
-        let [a, b] = pair.faces.map(|face| face as usize);
         let factor = pair.known.over(self.scaled_areas[from]);
+        let [a, b] = pair.faces;
         Entry {
-            face: if a == from { b } else { a },
+            face: if a as usize == from { b } else { a } as usize,
             factor: factor.value,
             lower: factor.lower,
             upper: factor.upper,

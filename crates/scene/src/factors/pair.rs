@@ -1,22 +1,24 @@
 //! The exchange of two faces, one number for both ways: `E = A_i F_ij = A_j F_ji`.
 //!
-//! The value is the best known: the exact exchange in free sight, else that of the cells that are surely seen plus what points of
+//! The value is the best known: in free sight the exchange as far as it is asked for, else that of the cells that are surely seen plus what points of
 //! the others see ([`super::cubature`]). The bracket is proven ([`super::bracket`]), and the value lies in it. Pairs are computed
 //! with the lower face first, and from nothing but the two faces and what is between, so that each is the same to the last digit
 //! whatever else is computed.
 
 use radgrad_core::DVec3;
 use serde::{Deserialize, Serialize};
+use smallvec::SmallVec;
 
-use super::bracket::{Between, Bracket, Search};
+use super::bracket::{Bracket, Hider, Search, TwoFaces};
 use super::cubature::{Goal, Hiding, Rule};
-use super::exchange::{ALL_DIGITS, Exchange, exchange};
+use super::exchange::{ALL_DIGITS, Exchange, exchange, exchange_apart};
 use super::glance::Glance;
-use super::hiding::Wanted;
+use super::hiding::{Place, Wanted};
 use super::rule::{nodes_of, patches};
-use super::screen::{Screen, Undecided};
-use super::{FactorSettings, FormFactors, larger, middle, smaller};
-use crate::{Beam, Error};
+use super::screen::{Cells, Screen, Sight, Undecided};
+use super::{FactorSettings, FormFactors, Front, Sphere, larger, middle, smaller};
+use crate::Error;
+use crate::occluders::Bounds;
 
 /// A form factor with a proven bracket.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,7 +35,7 @@ pub struct Factor {
     pub modelling: f64,
     /// What its error is by all appearances: with free sight the bound, past occluders the difference of two rules.
     pub estimate: f64,
-    /// Polygons that may hide a part of one face from the other: 0 where the sight is free and the value exact to rounding.
+    /// Polygons that may hide a part of one face from the other: 0 where the sight is free.
     pub occluders: usize,
 }
 
@@ -71,11 +73,55 @@ const fn truncation(wanted: f64) -> f64 {
     wanted.clamp(ALL_DIGITS, 1e-4)
 }
 
+/// A screen that may be between two faces, and its edges that segments may pass outside.
+#[derive(Debug, Clone, Copy)]
+struct Between {
+    place: Place,
+    open: Undecided,
+}
+
+/// What a screen leaves of the sight between two faces.
+enum Left {
+    All,
+    Part(Undecided),
+    Nothing,
+}
+
+/// All points nearer to a segment than a distance: around the hull of two spheres.
+struct RoundBeam {
+    from: DVec3,
+    along: DVec3,
+    /// One over the square of its length.
+    inverse: f64,
+    radius: f64,
+}
+
+impl RoundBeam {
+    fn of(spheres: [Sphere; 2], unit: f64) -> Self {
+        let (from, along) = (spheres[0].centre * unit, (spheres[1].centre - spheres[0].centre) * unit);
+        let radius = larger(spheres[0].radius, spheres[1].radius) * unit + 1e-9 * unit;
+        let square = along.length_squared();
+        Self { from, along, inverse: if square > 0.0 { 1.0 / square } else { 0.0 }, radius }
+    }
+
+    /// Whether a sphere around a box has a point in it.
+    fn meets(&self, bounds: &Bounds) -> bool {
+        let (middle, half) = (0.5 * (bounds.low + bounds.high), 0.5 * (bounds.high - bounds.low));
+        let to = middle - self.from;
+        let share = (to.dot(self.along) * self.inverse).clamp(0.0, 1.0);
+        let away = self.radius + half.length();
+        (to - self.along * share).length_squared() <= away * away
+    }
+}
+
 /// Two faces that may see each other.
 struct Sighted<'a> {
-    /// The faces that may be between, and their convex parts.
+    /// The faces that may be between.
     candidates: Vec<usize>,
+    /// Their convex parts that hide something, each with its face, and what is known of their edges.
     screens: Vec<&'a Screen>,
+    owners: Vec<usize>,
+    hiders: Vec<Hider>,
     /// Their exchange if nothing is.
     free: Exchange,
 }
@@ -114,7 +160,7 @@ impl Known {
         let lower = self.least / area * (1.0 - 8.0 * f64::EPSILON);
         let upper = self.most / area * (1.0 + 8.0 * f64::EPSILON);
         let error = larger(upper - value, value - lower) * (1.0 + f64::EPSILON);
-        let [modelling, estimate] = [self.modelling, self.estimate].map(|figure| figure / area);
+        let (modelling, estimate) = (self.modelling / area, self.estimate / area);
         Factor { value, lower, upper, error, modelling, estimate, occluders: self.occluders as usize }
     }
 
@@ -139,7 +185,7 @@ impl Known {
 impl FormFactors<'_> {
     /// Factor from face `from` to face `to`.
     ///
-    /// With free sight between the two it is exact to rounding. Else the estimate of its error is that of an integration, narrow but
+    /// With free sight between the two its error is at most `relative_estimate` of it, and a few roundings where that is 0. Else the estimate of its error is that of an integration, narrow but
     /// not proven, as far as `estimate` and `most_points` of the settings go; the bracket is proven, and narrowed as far as
     /// `tolerance`, `relative` and `most_cells` go.
     ///
@@ -177,7 +223,7 @@ impl FormFactors<'_> {
     fn exchanged(&self, faces: [usize; 2], sighted: Sighted<'_>, settings: &FactorSettings) -> Result<Option<Known>, Error> {
         let polygons = faces.map(|face| self.scaled(face));
         let area = self.smaller_area(faces);
-        let Sighted { candidates, screens, free } = sighted;
+        let Sighted { candidates, screens, owners, hiders, free } = sighted;
         let most = smaller(free.most(), area * (1.0 + 8.0 * f64::EPSILON));
         let least = smaller(larger(free.least(), 0.0), most);
         let occluders = u32::try_from(candidates.len()).unwrap_or(u32::MAX);
@@ -192,7 +238,7 @@ impl FormFactors<'_> {
         let by_looks = larger(difference, BY_LOOKS * settings.relative_estimate * area);
         if most <= smaller(FEW_LOOKS * by_looks, allowed(nothing_to_all)) {
             // The whole exchange is within the tolerance, and little is asked of the value.
-            let Looks { share, spread } = self.looks(faces, &screens, 0.5 * most > by_looks);
+            let Looks { share, spread } = self.looks(faces, (&screens, &hiders), 0.5 * most > by_looks);
             let (value, estimate) = (nothing_to_all.nearest(free.area * share), 0.5 * spread * most);
             if value == 0.0 && self.is_hidden(faces, &candidates) {
                 return Ok(None);
@@ -208,12 +254,13 @@ impl FormFactors<'_> {
         let of_bracket = larger(OF_BRACKET * larger(settings.tolerance * area / free.area, settings.relative), of_value);
         // Of faces that are few roundings of their coordinates wide the sum over edges says less than their areas.
         let all = if free.most() > most { Exchange::within([least, most]) } else { free };
-        let mut search = Search::new(Between { polygons, screens, free: all, accuracy: of_value });
-        let difference = larger(difference, settings.relative_estimate * free.area);
-        let goal = Goal { difference, most_points: settings.most_points, at_point: 0.01 * settings.estimate };
-        let owners: Vec<usize> = candidates.iter().flat_map(|&k| self.screens[k].iter().map(move |_| k)).collect();
         // Many digits want few and large cells: those from which the search starts. Few digits want those that are undecided for good.
         let is_precise = settings.estimate < MANY_DIGITS;
+        // Where nothing to all is narrow enough, it serves the value alone.
+        let is_met = !is_precise && most <= allowed(nothing_to_all);
+        let mut search = Search::new(TwoFaces { polygons, screens, free: all, accuracy: of_value, is_met }, &hiders);
+        let difference = larger(difference, settings.relative_estimate * free.area);
+        let goal = Goal { difference, most_points: settings.most_points, at_point: 0.01 * settings.estimate };
         if !is_precise {
             search.narrow(|bracket| bracket.width() <= ROUGHLY * allowed(bracket), settings.most_cells.min(A_LOOK));
         }
@@ -247,13 +294,88 @@ impl FormFactors<'_> {
         if self.is_behind(faces) {
             return None;
         }
-        let beam = Beam::from_polygon(self.polygon(faces[0]), self.polygon(faces[1]))?;
-        let candidates = self.index.in_beam(&beam, &faces).polygons;
-        let screens: Vec<&Screen> = candidates.iter().flat_map(|&k| &self.screens[k]).collect();
+        let between = self.between_faces(faces)?;
+        let owners: Vec<usize> = between.iter().map(|between| between.place.0).collect();
+        let screens: Vec<&Screen> = between.iter().map(|between| &self.screens[between.place.0][between.place.1]).collect();
+        let hiders: Vec<Hider> = (0..).zip(&between).map(|(screen, between)| Hider { screen, open: between.open }).collect();
+        let mut candidates = owners.clone();
+        candidates.dedup();
         // Past others the estimate has fewer digits.
-        let truncation = if screens.is_empty() { ALL_DIGITS } else { truncation(OF_VALUE * settings.estimate) };
-        let free = exchange(polygons[0], polygons[1], truncation, larger(RESOLVED * settings.estimate, DIGITS));
-        (free != Exchange::default()).then_some(Sighted { candidates, screens, free })
+        let truncation = truncation(OF_VALUE * if screens.is_empty() { settings.relative_estimate } else { settings.estimate });
+        let apart = || {
+            let are_before = self.front(faces[0], faces[1]) == Front::All && self.front(faces[1], faces[0]) == Front::All;
+            let parts = || faces.map(|face| (&self.parts[face][..], self.scaled(face)));
+            let found = if are_before { exchange_apart(parts(), truncation) } else { None };
+            // The other way has fewer roundings.
+            found.filter(|found| found.error <= 2.0 * truncation * found.area)
+        };
+        let any = || exchange(polygons[0], polygons[1], truncation, larger(RESOLVED * settings.estimate, DIGITS));
+        let free = apart().unwrap_or_else(any);
+        (free != Exchange::default()).then_some(Sighted { candidates, screens, owners, hiders, free })
+    }
+
+    /// What may hide a part of one face from the other, by face; `None` where one screen hides all. Boxes around the two, and a round beam, pass over most of
+    /// all; of the others each screen decides for itself.
+    fn between_faces(&self, faces: [usize; 2]) -> Option<Vec<Between>> {
+        let mut found: Vec<Between> = Vec::new();
+        if self.hiders.is_empty() {
+            return Some(found);
+        }
+        let outlines = faces.map(|face| &self.screens[face]);
+        let pairs = outlines[0].iter().flat_map(|a| outlines[1].iter().map(move |b| Cells::new([a.outline(), b.outline()])));
+        let cells: SmallVec<[Cells<'_>; 1]> = pairs.collect();
+        let round = RoundBeam::of(faces.map(|face| self.spheres[face]), 1.0 / self.power);
+        let bounds = Bounds::of(self.polygon(faces[0]).vertices()).and(&Bounds::of(self.polygon(faces[1]).vertices()));
+        let meets = |other: &Bounds| other.common(&bounds).is_some() && round.meets(other);
+        let mut is_hidden = false;
+        self.index.visit_of(&self.hiders, meets, |face| {
+            if faces.contains(&face) {
+                return false;
+            }
+            for (part, screen) in self.screens[face].iter().enumerate() {
+                match Self::left_by(screen, &cells) {
+                    Left::All => {}
+                    Left::Nothing => is_hidden = true,
+                    Left::Part(open) => {
+                        // What is not before a surface hides nothing of it.
+                        if found.last().is_some_and(|last| last.place.0 == face) || !self.is_aside(face, faces) {
+                            found.push(Between { place: (face, part), open });
+                        }
+                    }
+                }
+            }
+            is_hidden
+        });
+        found.sort_unstable_by_key(|between| between.place);
+        (!is_hidden).then_some(found)
+    }
+
+    /// Whether a face is nowhere before one of two.
+    fn is_aside(&self, face: usize, of: [usize; 2]) -> bool {
+        of.iter().any(|&of| match self.front(of, face) {
+            Front::All | Front::Part => false,
+            Front::None => true,
+            Front::Unclear => self.index.is_behind(face, of),
+        })
+    }
+
+    /// What a screen leaves of the sight between all parts of two faces.
+    fn left_by(screen: &Screen, cells: &[Cells<'_>]) -> Left {
+        let (mut is_all, mut is_nothing, mut left) = (true, true, Undecided::ALL);
+        for cells in cells {
+            let verdict = screen.between(cells, 1.0, Undecided::ALL);
+            is_all &= verdict.sight == Sight::Free && !verdict.is_displaced;
+            is_nothing &= verdict.sight == Sight::Blocked && !verdict.is_displaced;
+            // The search takes account of edges that were displaced.
+            left = verdict.edges.filter(|_| !verdict.is_displaced).unwrap_or(Undecided::ALL);
+        }
+        match (cells.len(), is_all, is_nothing) {
+            (0, ..) => Left::Part(Undecided::ALL),
+            (_, true, _) => Left::All,
+            (_, _, true) => Left::Nothing,
+            (1, ..) => Left::Part(left),
+            _ => Left::Part(Undecided::ALL),
+        }
     }
 
     /// Whether each part of one face is proven hidden from each part of the other by a screen between their middles, alone or with those that it
@@ -271,21 +393,21 @@ impl FormFactors<'_> {
 
     /// What four points of each patch of the smaller face see of the other: looks, no more. Where they see nothing, points beside the
     /// corners say by how much that differs, if it is asked for.
-    fn looks(&self, faces: [usize; 2], screens: &[&Screen], asks_corners: bool) -> Looks {
+    fn looks(&self, faces: [usize; 2], (screens, hiders): (&[&Screen], &[Hider]), asks_corners: bool) -> Looks {
         let from = usize::from(self.scaled(faces[1]).area() < self.scaled(faces[0]).area());
         let [own, other] = [from, 1 - from].map(|k| self.scaled(faces[k]));
         let cells = patches(other.vertices());
         let mut glance = Glance::default();
-        let mut from_point = |point: DVec3, screens: &[&Screen]| -> f64 {
+        let mut from_point = |point: DVec3, hiders: &[Hider]| -> f64 {
             let at = (point, own.normal());
-            let screens = || screens.iter().map(|&screen| (screen, Undecided::ALL));
+            let screens = || hiders.iter().map(|hider| (screens[hider.screen as usize], hider.open));
             cells.iter().map(|cell| glance.factor(at, (cell.outline(), other.normal()), screens())).sum()
         };
         let (mut sums, mut range) = ([0.0; 2], [f64::INFINITY, 0.0]);
         for node in patches(own.vertices()).iter().flat_map(|patch| nodes_of(patch, 2)) {
             let all = from_point(node.point, &[]);
             if all > 0.0 {
-                let seen = from_point(node.point, screens);
+                let seen = from_point(node.point, hiders);
                 sums = [sums[0] + node.share * all, sums[1] + node.share * seen];
                 range = [smaller(range[0], seen / all), larger(range[1], seen / all)];
             }
@@ -293,7 +415,7 @@ impl FormFactors<'_> {
         let [all, seen] = sums;
         if seen == 0.0 && asks_corners {
             for point in patches(own.vertices()).iter().flat_map(|patch| CORNERS.map(|[u, v]| patch.at(u, v).0)) {
-                let seen = from_point(point, screens);
+                let seen = from_point(point, hiders);
                 range[1] = larger(range[1], if seen > 0.0 { seen / from_point(point, &[]) } else { 0.0 });
             }
         }

@@ -12,8 +12,8 @@
 //!
 //! Signs within rounding are exact ones (J. R. Shewchuk 1997, crate `robust`), but for those that displacing the edge by [`Screen::slack`],
 //! a few roundings of the coordinates, would change: a cell's corner computed to lie on an edge lies there only so well. Those count as
-//! zero; but four points with a coordinate in common are in one plane exactly, and three with two in one line, so that T is 0 and no edge is
-//! displaced. The exchange that passes between the edge and the displaced edge is at most the area of that strip, [`Screen::leak`],
+//! zero; but four points with a coordinate in common are in one plane exactly, three with two in one line, and an edge and a segment along one axis
+//! are parallel, so that T is 0 and no edge is displaced. The exchange that passes between the edge and the displaced edge is at most the area of that strip, [`Screen::leak`],
 //! since two cells exchange through an aperture no more than its area. A point level with the screen's plane up to the rounding
 //! of coordinates is in it, as in [`crate::Beam::from_polygon`].
 
@@ -151,8 +151,13 @@ impl Screen {
 
     /// Some of them, counter-clockwise seen from the first cell.
     pub(super) fn undecided(&self, which: Undecided) -> impl Iterator<Item = [DVec3; 2]> + Clone {
+        self.numbered(which).map(|(_, edge)| edge)
+    }
+
+    /// The same, each with its number.
+    pub(super) fn numbered(&self, which: Undecided) -> impl Iterator<Item = (usize, [DVec3; 2])> + Clone {
         let all = self.edges().enumerate().filter(move |(k, _)| which.has(*k));
-        all.map(move |(_, [a, b])| if which.is_first_in_front { [a, b] } else { [b, a] })
+        all.map(move |(k, [a, b])| (k, if which.is_first_in_front { [a, b] } else { [b, a] }))
     }
 
     pub(super) fn outline(&self) -> &[DVec3] {
@@ -402,7 +407,8 @@ impl SightedEdge {
     /// Whether the edge and the segment to y are surely in one plane.
     fn is_flat(&self, y: DVec3) -> bool {
         let ([a, b], x) = (self.edge, self.x);
-        x == a || x == b || y == a || y == b || is_level([a, b, x, y]) || is_line([a, b, x]) || is_line([a, b, y])
+        let is_touching = x == a || x == b || y == a || y == b;
+        is_touching || is_level([a, b, x, y]) || is_line([a, b, x]) || is_line([a, b, y]) || are_along([a, b], [x, y])
     }
 
     /// On which side of the edge the segment to y passes, given with their heights; and whether the edge was displaced by `slack` for it.
@@ -447,6 +453,11 @@ fn is_level([a, b, c, d]: [DVec3; 4]) -> bool {
 /// Whether three points are surely on one line: they have two coordinates in common.
 fn is_line([a, b, c]: [DVec3; 3]) -> bool {
     (a.cmpeq(b) & a.cmpeq(c)).bitmask().count_ones() >= 2
+}
+
+/// Whether two segments surely run along one axis.
+fn are_along([a, b]: [DVec3; 2], [c, d]: [DVec3; 2]) -> bool {
+    (a.cmpeq(b) & c.cmpeq(d)).bitmask().count_ones() >= 2
 }
 
 /// Area of a flat convex outline.

@@ -175,6 +175,13 @@ impl HalfSpace {
         sum(self.normal * corner) - self.offset <= self.slack + level.at(0.0)
     }
 
+    /// Whether no point in a box is on the other side, as [`Self::holds`] says it.
+    pub(super) fn holds_box(&self, low: &Located, high: &Located) -> bool {
+        let corner = DVec3::select(self.normal.cmpgt(DVec3::ZERO), low.q, high.q);
+        // The same with the computed N at a point in it is larger, but for rounding, and that of the point counts on its side.
+        sum(self.normal * corner) - self.offset >= 2.0 * self.error(largest(low.reach, high.reach))
+    }
+
     /// Whether no point of the convex hull of `points` is inside, where points on the plane are not.
     pub(super) fn excludes(&self, points: impl IntoIterator<Item = Located>) -> bool {
         points.into_iter().all(|point| matches!(self.side(&point), Side::On | Side::Outside))

@@ -3,10 +3,11 @@
 use std::ops::Range;
 
 use radgrad_core::DVec3;
+use smallvec::SmallVec;
 
 use super::Occluders;
-use super::shape::Bounds;
-use super::tree::Content;
+use super::shape::{Bounds, Shape};
+use super::tree::{Content, Tree};
 
 impl Occluders {
     /// Visits the polygons whose boxes are within a distance of a polygon's, but for itself.
@@ -55,6 +56,19 @@ impl Occluders {
         }
     }
 
+    /// The polygons that may hide one of them from another: those with any behind them, as surfaces. The walls of a convex room have none.
+    pub(crate) fn hiders(&self) -> Tree {
+        let has_any_behind = |shape: &Shape| {
+            let front = shape.front(true);
+            let has_a_point_behind =
+                |bounds: &Bounds| !front.holds_box(&shape.frame.locate(bounds.low), &shape.frame.locate(bounds.high));
+            let is_behind = |other: usize| !front.holds(self.polygons[other].vertices.iter().map(|&v| shape.frame.locate(v)));
+            self.visit(has_a_point_behind, is_behind)
+        };
+        let order = (0..self.polygons.len()).filter(|&index| has_any_behind(&self.polygons[index])).collect();
+        Tree::of(order, &self.polygons.iter().map(|polygon| polygon.bounds).collect::<Vec<_>>())
+    }
+
     /// All polygons, those of a box one after the other.
     pub(crate) fn order(&self) -> &[usize] {
         &self.tree.order
@@ -67,18 +81,23 @@ impl Occluders {
     }
 
     /// Visits the polygons in the boxes that `enters`, until `visit` returns true; whether it did.
-    pub(super) fn visit(&self, enters: impl Fn(&Bounds) -> bool, mut visit: impl FnMut(usize) -> bool) -> bool {
-        let mut open = Vec::with_capacity(64);
-        open.extend(self.tree.root());
+    pub(super) fn visit(&self, enters: impl Fn(&Bounds) -> bool, visit: impl FnMut(usize) -> bool) -> bool {
+        self.visit_of(&self.tree, enters, visit)
+    }
+
+    /// The same of the polygons of a tree.
+    pub(crate) fn visit_of(&self, tree: &Tree, enters: impl Fn(&Bounds) -> bool, mut visit: impl FnMut(usize) -> bool) -> bool {
+        let mut open: SmallVec<[usize; 64]> = SmallVec::new();
+        open.extend(tree.root());
         while let Some(index) = open.pop() {
-            let node = &self.tree.nodes[index];
+            let node = &tree.nodes[index];
             if !enters(&node.bounds) {
                 continue;
             }
             match &node.content {
-                Content::Branch(children) => open.extend(children),
+                Content::Branch(children) => open.extend_from_slice(children),
                 Content::Leaf => {
-                    let polygons = self.tree.order[node.range.clone()].iter();
+                    let polygons = tree.order[node.range.clone()].iter();
                     if polygons.copied().any(|polygon| enters(&self.polygons[polygon].bounds) && visit(polygon)) {
                         return true;
                     }

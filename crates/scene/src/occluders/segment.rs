@@ -5,7 +5,7 @@ use smallvec::SmallVec;
 
 use super::rays::{best_axes, inverse, is_inside};
 use super::shape::{Bounds, Shape};
-use super::{LEVEL, Occluders};
+use super::{LEVEL, Occluders, Tree};
 
 impl Occluders {
     /// Whether any polygon but for those of `leave_out` crosses the segment between two points. A point that is in a polygon's plane, up
@@ -22,14 +22,19 @@ impl Occluders {
     /// ```
     #[must_use]
     pub fn is_between(&self, segment: [DVec3; 2], leave_out: &[usize]) -> bool {
-        let is_before = |index: usize| !leave_out.contains(&index) && crossing(&self.polygons[index], segment).is_some();
-        self.visit(enters(segment), is_before)
+        self.is_any_between(&self.tree, segment, leave_out)
     }
 
-    /// The polygons that cross the segment from one point to another, likewise, each with the share of it before.
-    pub(crate) fn all_between(&self, segment: [DVec3; 2], leave_out: &[usize]) -> Vec<(usize, f64)> {
+    /// The same of the polygons of a tree.
+    pub(crate) fn is_any_between(&self, tree: &Tree, segment: [DVec3; 2], leave_out: &[usize]) -> bool {
+        let is_before = |index: usize| !leave_out.contains(&index) && crossing(&self.polygons[index], segment).is_some();
+        self.visit_of(tree, enters(segment), is_before)
+    }
+
+    /// The polygons of a tree that cross the segment from one point to another, likewise, each with the share of it before.
+    pub(crate) fn all_between(&self, tree: &Tree, segment: [DVec3; 2], leave_out: &[usize]) -> Vec<(usize, f64)> {
         let mut found = Vec::new();
-        self.visit(enters(segment), |index| {
+        self.visit_of(tree, enters(segment), |index| {
             if !leave_out.contains(&index) {
                 found.extend(crossing(&self.polygons[index], segment).map(|share| (index, share)));
             }

@@ -53,7 +53,7 @@ impl Bounds {
         points.iter().fold(Self::NONE, |bounds, &p| Self { low: bounds.low.min(p), high: bounds.high.max(p) })
     }
 
-    pub(super) fn and(self, other: &Self) -> Self {
+    pub(crate) fn and(self, other: &Self) -> Self {
         Self { low: self.low.min(other.low), high: self.high.max(other.high) }
     }
 
@@ -66,7 +66,7 @@ impl Bounds {
     }
 
     /// The common part, if the two meet.
-    pub(super) fn common(&self, other: &Self) -> Option<Self> {
+    pub(crate) fn common(&self, other: &Self) -> Option<Self> {
         let common = Self { low: self.low.max(other.low), high: self.high.min(other.high) };
         common.low.cmple(common.high).all().then_some(common)
     }

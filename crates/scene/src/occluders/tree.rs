@@ -38,8 +38,12 @@ pub(super) enum Content {
 
 impl Tree {
     pub(crate) fn over(boxes: &[Bounds]) -> Self {
-        let mut order: Vec<usize> = (0..boxes.len()).collect();
-        let mut nodes = Vec::with_capacity(boxes.len());
+        Self::of((0..boxes.len()).collect(), boxes)
+    }
+
+    /// Of some polygons, by their places among the boxes.
+    pub(super) fn of(mut order: Vec<usize>, boxes: &[Bounds]) -> Self {
+        let mut nodes = Vec::with_capacity(order.len());
         if !order.is_empty() {
             build(&mut nodes, &mut order, 0, boxes);
         }
@@ -57,6 +61,10 @@ impl Tree {
                 }
             }
         }
+    }
+
+    pub(crate) fn is_empty(&self) -> bool {
+        self.order.is_empty()
     }
 
     /// The node over all, if there are polygons.
