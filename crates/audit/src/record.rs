@@ -21,11 +21,11 @@ use serde::{Deserialize, Serialize};
 use crate::bounds::digits;
 use crate::measure::worse;
 use crate::sampler::Sampler;
-use crate::scenes;
 use crate::scenes::statement::Subject;
 use crate::seen::reduced;
 use crate::truth::Truth;
 use crate::witness::{self, Ask, Error, Wrong};
+use crate::{exchanges, hidden, scenes, screens};
 
 /// A bound may be another one than it was by this share of it: other processors add in another order.
 pub const ROUNDINGS: f64 = 1e-6;
@@ -61,6 +61,40 @@ pub enum Of {
     Tree(u64),
     /// A scene.
     Scene(Subject, scenes::family::Name),
+    /// A drawn case of a part of factors.
+    Part(Part, u64),
+}
+
+/// A part of what factors are made of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Part {
+    /// The sum over two edges.
+    Edges,
+    /// The exchange of two polygons with nothing in between.
+    Exchange,
+    /// Brackets past screens.
+    Screens,
+    /// Shares beside an edge.
+    Share,
+    /// How far decisions reach that rounding is allowed for.
+    Reach,
+    /// The work of searches.
+    Work,
+}
+
+impl Part {
+    const ALL: [(&str, Self); 6] = [
+        ("edges", Self::Edges),
+        ("exchange", Self::Exchange),
+        ("screens", Self::Screens),
+        ("share", Self::Share),
+        ("reach", Self::Reach),
+        ("work", Self::Work),
+    ];
+
+    fn name(self) -> &'static str {
+        Self::ALL.into_iter().find(|(_, part)| *part == self).map_or("other", |(name, _)| name)
+    }
 }
 
 /// A value, of one component or more, with the bound on the norm of its error. Without a value a figure of its own: evaluations that
@@ -202,7 +236,7 @@ impl Of {
         match self {
             Self::Oracle(..) | Self::Cubature(_) | Self::Samples(_) | Self::Walks(..) => Asked::Oracle,
             Self::Scene(Subject::Solve | Subject::Certificate, _) => Asked::Solver,
-            Self::Scene(..) => Asked::Scenes,
+            Self::Scene(..) | Self::Part(..) => Asked::Scenes,
             _ => Asked::Core,
         }
     }
@@ -220,8 +254,9 @@ impl Of {
         match (self, case) {
             (Self::Tree(index), None) => of_tree(index),
             (Self::Scene(subject, name), None) => of_scene(subject, name),
+            (Self::Part(part, index), None) => of_part(part, index),
             (Self::Walks(rays, name), None) => of_walks(rays, name),
-            (Self::Tree(_) | Self::Scene(..) | Self::Walks(..), Some(_)) => Err(format!("{self} has no case")),
+            (Self::Tree(_) | Self::Scene(..) | Self::Walks(..) | Self::Part(..), Some(_)) => Err(format!("{self} has no case")),
             (_, None) => Err(format!("{self} of no case")),
             (_, Some(case)) => {
                 let problem = case.problem().map_err(|error| error.to_string())?;
@@ -232,7 +267,7 @@ impl Of {
                     Self::Oracle(arithmetic, digits) => of_oracle(arithmetic, digits, &problem),
                     Self::Cubature(tolerance) => of_cubature(tolerance, &problem),
                     Self::Samples(count) => of_samples(count, &problem),
-                    Self::Tree(_) | Self::Scene(..) | Self::Walks(..) => Err(format!("{self} of a case")),
+                    Self::Tree(_) | Self::Scene(..) | Self::Walks(..) | Self::Part(..) => Err(format!("{self} of a case")),
                 }
             }
         }
@@ -412,6 +447,18 @@ fn of_scene(subject: Subject, name: scenes::family::Name) -> Result<Said, String
     Ok(Said::of_pairs(&scenes::statement::recorded(&name.model(), subject)?))
 }
 
+fn of_part(part: Part, index: u64) -> Result<Said, String> {
+    let reached = |reaches: Vec<f64>| reaches.into_iter().map(|reach| Statement::new(&[], reach)).collect();
+    Ok(match part {
+        Part::Edges => Said::of_pairs(&exchanges::recorded_edges(index)),
+        Part::Exchange => Said::of_pairs(&exchanges::recorded(index)?),
+        Part::Screens => Said::of_pairs(&screens::recorded(index)?),
+        Part::Share => Said::of_pairs(&screens::recorded_shares(index)?),
+        Part::Reach => Said { statements: reached(hidden::recorded(index)?), wrong: Vec::new() },
+        Part::Work => Said { statements: reached(hidden::recorded_work(index)?), wrong: Vec::new() },
+    })
+}
+
 /// All records of the files `*.jsonl` in a folder, by file name.
 ///
 /// # Errors
@@ -435,6 +482,7 @@ impl fmt::Display for Of {
             Self::Walks(rays, name) => write!(f, "walks {rays} {name}"),
             Self::Tree(index) => write!(f, "tree {index}"),
             Self::Scene(subject, name) => write!(f, "{} {name}", subject.name()),
+            Self::Part(part, index) => write!(f, "{} {index}", part.name()),
         }
     }
 }
@@ -468,6 +516,9 @@ impl FromStr for Of {
                 Ok(Self::Walks(rays.parse().map_err(|_| bad())?, name.parse().map_err(|_| bad())?))
             }
             "tree" => Ok(Self::Tree(rest.parse().map_err(|_| bad())?)),
+            _ if let Some((_, part)) = Part::ALL.iter().find(|(name, _)| *name == what) => {
+                Ok(Self::Part(*part, rest.parse().map_err(|_| bad())?))
+            }
             "oracle" => {
                 let (name, digits) = rest.split_once(' ').ok_or_else(bad)?;
                 let (_, arithmetic) = ARITHMETICS.iter().find(|(known, _)| *known == name).ok_or_else(bad)?;
@@ -505,7 +556,9 @@ mod tests {
         let scene = Of::Scene(Subject::Factors, "facing:1:0".parse().unwrap());
         let walks = Of::Walks(1000, "facing:1:0".parse().unwrap());
         let asked = [Of::Hessian(1e-10), Of::Irradiance(1.0), Of::Oracle(Arithmetic::Limbs, 36), Of::Tree(3), scene, walks];
-        for of in asked.into_iter().chain([Of::Answer(Ask::Value(1.0)), Of::Cubature(1e-6), Of::Samples(64)]) {
+        for of in
+            asked.into_iter().chain([Of::Answer(Ask::Value(1.0)), Of::Cubature(1e-6), Of::Samples(64), Of::Part(Part::Share, 3)])
+        {
             assert_eq!(of.to_string().parse(), Ok(of));
         }
         assert!("oracle mpfr 20".parse::<Of>().is_err() && "hessian 2".parse::<Of>().is_err());

@@ -23,6 +23,8 @@ mod hiding;
 mod matrix;
 mod narrow;
 mod pair;
+#[doc(hidden)]
+pub mod probes;
 mod repair;
 mod rule;
 mod screen;
