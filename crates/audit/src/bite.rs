@@ -35,7 +35,7 @@ use crate::shard::Shard;
 use crate::table::Table;
 use crate::truth::Truth;
 use crate::witness::{self, Query, Witness};
-use crate::{derivatives, entries, operations};
+use crate::{derivatives, entries, exchanges, hidden, operations, screens};
 
 /// Something wrong.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -85,13 +85,16 @@ macro_rules! by_truth {
 }
 
 /// The checks, the quickest first.
-const CHECKS: [Check; 22] = [
+const CHECKS: [Check; 25] = [
     by_truth!("merge", merge),
     by_truth!("canaries", canaries),
     ("witnesses", witnesses),
     by_truth!("brinks", brinks),
     by_truth!("trees", trees),
     by_truth!("lanes", lanes),
+    by_truth!("exchanges", free_exchanges),
+    by_truth!("screens", past_screens),
+    by_truth!("hidden", in_beams),
     by_truth!("enclosures", enclosures),
     by_truth!("awkward", awkward_cases),
     by_truth!("pieces", pieces),
@@ -476,7 +479,41 @@ fn other_entries(_: &Setting<'_>) -> Vec<String> {
         named(name, findings)
     };
     findings.extend(scenes.par_iter().flat_map_iter(of_matrix).collect::<Vec<_>>());
+    let of_rounding = |index: u64| {
+        let name = scenes::family::Name { family: Scenes::Rounded, seed: 15, index };
+        named(name, entries::of_rounding(name).unwrap_or_else(|error| vec![error]))
+    };
+    findings.extend((0..3u64).into_par_iter().flat_map_iter(of_rounding).collect::<Vec<_>>());
     findings
+}
+
+/// Exchanges with nothing in between, of edges and polygons.
+fn free_exchanges(_: &Setting<'_>) -> Vec<String> {
+    let lines: Vec<&str> = exchanges::edges().collect();
+    let mut findings: Vec<String> = lines.par_iter().flat_map_iter(|line| exchanges::of_edges(line)).collect();
+    let drawn = (0..40u64).into_par_iter().flat_map_iter(|index| [exchanges::of_pair(index), exchanges::of_tetrahedron(index)]);
+    findings.extend(drawn.flatten_iter().collect::<Vec<_>>());
+    findings
+}
+
+/// Factors past drawn screens.
+fn past_screens(_: &Setting<'_>) -> Vec<String> {
+    let drawn = |index: u64| {
+        let pairs = (index < 2).then(|| screens::of_complements(index));
+        let asked = [screens::of_drawn(index), screens::of_shares(index)].into_iter().chain(pairs);
+        asked.flat_map(|said| said.unwrap_or_else(|error| vec![error])).collect::<Vec<_>>()
+    };
+    (0..20u64).into_par_iter().flat_map_iter(drawn).collect()
+}
+
+/// What the index finds in beams and along rays.
+fn in_beams(_: &Setting<'_>) -> Vec<String> {
+    let asked = |index: u64| {
+        let city = (index < 8).then(|| hidden::of_city(index).unwrap_or_else(|error| vec![error]));
+        let horizons = (10 * index..10 * index + 10).flat_map(hidden::of_horizon).collect();
+        [hidden::of_beam(index), hidden::of_rays(index), horizons].into_iter().chain(city).flatten().collect::<Vec<_>>()
+    };
+    (0..120u64).into_par_iter().flat_map_iter(asked).collect()
 }
 
 /// Form factors of pairs of faces, many of them, against rays.

@@ -3,11 +3,12 @@
 //! Answers are compared with digits of the truth, and matrices with their own sums.
 
 use std::f64::consts::PI;
+use std::sync::Mutex;
 
 use radgrad_core::{gradient, irradiance_vector, radiosity, radiosity_and_gradient};
 use radgrad_paper::appendix;
 use radgrad_scene::case::Problem;
-use radgrad_scene::{FactorMatrix, FactorSettings, FormFactors, Scene};
+use radgrad_scene::{ComputedRow, FactorBlock, FactorMatrix, FactorSettings, FormFactors, Scene};
 
 use crate::bounds::digits;
 use crate::derivatives::DIGITS;
@@ -64,6 +65,14 @@ pub fn of_matrix(name: Name) -> Result<Vec<String>, String> {
     let half = count / 2;
     let blocks = [0..half, half..count].map(|rows| factors.block(rows, &settings, || ()).map_err(said));
     let blocks = blocks.into_iter().collect::<Result<Vec<_>, String>>()?;
+    let sent = blocks.iter().map(|block| FactorBlock::from_bytes(&block.to_bytes()).map_err(said));
+    if sent.collect::<Result<Vec<_>, String>>()? != blocks {
+        findings.push("blocks read from their bytes are others".to_owned());
+    }
+    let bytes = blocks[0].to_bytes();
+    if [0, 15, bytes.len() - 1, bytes.len() - 51].into_iter().any(|length| FactorBlock::from_bytes(&bytes[..length]).is_ok()) {
+        findings.push("a block is read from a part of its bytes".to_owned());
+    }
     if factors.join(blocks).map_err(said)? != matrix {
         findings.push("blocks of rows are not the matrix".to_owned());
     }
@@ -78,7 +87,19 @@ pub fn of_matrix(name: Name) -> Result<Vec<String>, String> {
         }
     }
     let mut narrowed = matrix.clone();
-    factors.narrow(&mut narrowed, &settings, 10_000).map_err(said)?;
+    let left = factors.narrow(&mut narrowed, &settings, 10_000).map_err(said)?;
+    let unmet = narrowed.unmet(&settings).count();
+    if (left.wanted > 0.0) != (unmet > 0) || left.spent > 10_000 {
+        findings.push(format!("{unmet} bounds are not met, and {left:?}"));
+    }
+    let kept = Mutex::new(Vec::new());
+    let keep = |row: &ComputedRow| kept.lock().map_or((), |mut kept| kept.push(row.clone()));
+    let all = factors.rows_from(0..count, &settings, Vec::new(), keep).map_err(said)?;
+    let mut before = kept.into_inner().map_err(|error| error.to_string())?;
+    before.truncate(half);
+    if all != matrix || factors.rows_from(0..count, &settings, before, |_| ()).map_err(said)? != matrix {
+        findings.push("rows that go on from a run before are not the matrix".to_owned());
+    }
     findings.extend(apart(&matrix, &narrowed).map(|what| format!("narrowed, {what}")));
     if model.closed {
         let mut repaired = narrowed.clone();
@@ -87,6 +108,36 @@ pub fn of_matrix(name: Name) -> Result<Vec<String>, String> {
             findings.push(format!("rows that are repaired lack {closure:e} or {:e}", repaired.worst_closure()));
         }
         findings.extend(apart(&narrowed, &repaired).map(|what| format!("repaired, {what}")));
+    }
+    Ok(findings)
+}
+
+/// Violations by what the rounding of a file's coordinates takes of factors: the outlines of both faces, and of what is in between, may be off by so much.
+///
+/// # Errors
+/// If there is no matrix: why.
+pub fn of_rounding(name: Name) -> Result<Vec<String>, String> {
+    let said = |error: radgrad_scene::Error| error.to_string();
+    let scene: Scene = name.model().scene().map_err(said)?;
+    let factors = FormFactors::new(&scene).map_err(said)?;
+    let settings = FactorSettings { tolerance: 0.05, most_cells: 30, estimate: 1e-2, ..FactorSettings::default() };
+    let matrix = factors.matrix(&settings, || ()).map_err(said)?;
+    let band = |face: usize| {
+        let (face, vertices) = (&scene.faces()[face], scene.faces()[face].polygon().vertices());
+        let sides = (0..vertices.len()).map(|k| (vertices[(k + 1) % vertices.len()] - vertices[k]).length());
+        (face.moved() + 3.0_f64.sqrt() * scene.modelling().precision) * sides.sum::<f64>()
+    };
+    let mut findings = Vec::new();
+    for (from, entry) in matrix.entries() {
+        let [own, other] = [from, entry.face].map(|face| scene.faces()[face].polygon().area());
+        let (expected, most) = ((band(from) + band(entry.face)) / own, own.min(other) / own);
+        let room = 1e-6 * expected;
+        let is_free_or_less = entry.occluders > 0 || entry.modelling <= expected + room;
+        let reaches =
+            entry.upper >= (entry.factor + expected).min(most) - room && entry.lower <= (entry.factor - expected).max(0.0) + room;
+        if !(is_free_or_less && reaches) {
+            findings.push(format!("{from} sees {entry:?}, of which rounding takes {expected:e} and more"));
+        }
     }
     Ok(findings)
 }

@@ -22,11 +22,11 @@ use serde::{Deserialize, Serialize};
 use crate::bounds::digits;
 use crate::measure::worse;
 use crate::sampler::Sampler;
-use crate::scenes;
 use crate::scenes::statement::Subject;
 use crate::seen::reduced;
 use crate::truth::Truth;
 use crate::witness::{self, Error, Query, Wrong};
+use crate::{exchanges, hidden, scenes, screens};
 
 /// A bound may be another one than it was by this share of it: other processors add in another order.
 pub const ROUNDINGS: f64 = 1e-6;
@@ -64,6 +64,40 @@ pub enum RecordedSubject {
     Scene(Subject, scenes::family::Name),
     /// All numbers of the solution of a scene, in one way or another.
     Whole(scenes::family::Name),
+    /// A drawn case of a part of factors.
+    Part(Part, u64),
+}
+
+/// A part of what factors are made of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Part {
+    /// The sum over two edges.
+    Edges,
+    /// The exchange of two polygons with nothing in between.
+    Exchange,
+    /// Brackets past screens.
+    Screens,
+    /// Shares beside an edge.
+    Share,
+    /// How far decisions reach that rounding is allowed for.
+    Reach,
+    /// The work of searches.
+    Work,
+}
+
+impl Part {
+    const ALL: [(&str, Self); 6] = [
+        ("edges", Self::Edges),
+        ("exchange", Self::Exchange),
+        ("screens", Self::Screens),
+        ("share", Self::Share),
+        ("reach", Self::Reach),
+        ("work", Self::Work),
+    ];
+
+    fn name(self) -> &'static str {
+        Self::ALL.into_iter().find(|(_, part)| *part == self).map_or("other", |(name, _)| name)
+    }
 }
 
 /// A value, of one component or more, with the bound on the norm of its error. Without a value a figure of its own: evaluations that
@@ -205,7 +239,7 @@ impl RecordedSubject {
         match self {
             Self::Oracle(..) | Self::Cubature(_) | Self::Samples(_) | Self::Walks(..) => Asked::Oracle,
             Self::Scene(Subject::Solve | Subject::Certificate, _) | Self::Whole(_) => Asked::Solver,
-            Self::Scene(..) => Asked::Scenes,
+            Self::Scene(..) | Self::Part(..) => Asked::Scenes,
             _ => Asked::Core,
         }
     }
@@ -223,9 +257,12 @@ impl RecordedSubject {
         match (self, case) {
             (Self::Tree(index), None) => of_tree(index),
             (Self::Scene(subject, name), None) => of_scene(subject, name),
+            (Self::Part(part, index), None) => of_part(part, index),
             (Self::Walks(rays, name), None) => of_walks(rays, name),
             (Self::Whole(name), None) => Ok(Recorded::of_pairs(&scenes::alike::recorded(name)?)),
-            (Self::Tree(_) | Self::Scene(..) | Self::Walks(..) | Self::Whole(_), Some(_)) => Err(format!("{self} has no case")),
+            (Self::Tree(_) | Self::Scene(..) | Self::Walks(..) | Self::Whole(_) | Self::Part(..), Some(_)) => {
+                Err(format!("{self} has no case"))
+            }
             (_, None) => Err(format!("{self} of no case")),
             (_, Some(case)) => {
                 let problem = case.problem().map_err(|error| error.to_string())?;
@@ -236,7 +273,9 @@ impl RecordedSubject {
                     Self::Oracle(arithmetic, digits) => of_oracle(arithmetic, digits, &problem),
                     Self::Cubature(tolerance) => of_cubature(tolerance, &problem),
                     Self::Samples(count) => of_samples(count, &problem),
-                    Self::Tree(_) | Self::Scene(..) | Self::Walks(..) | Self::Whole(_) => Err(format!("{self} of a case")),
+                    Self::Tree(_) | Self::Scene(..) | Self::Walks(..) | Self::Whole(_) | Self::Part(..) => {
+                        Err(format!("{self} of a case"))
+                    }
                 }
             }
         }
@@ -416,6 +455,18 @@ fn of_scene(subject: Subject, name: scenes::family::Name) -> Result<Recorded, St
     Ok(Recorded::of_pairs(&scenes::statement::recorded(&name.model(), subject)?))
 }
 
+fn of_part(part: Part, index: u64) -> Result<Recorded, String> {
+    let reached = |reaches: Vec<f64>| reaches.into_iter().map(|reach| Statement::new(&[], reach)).collect();
+    Ok(match part {
+        Part::Edges => Recorded::of_pairs(&exchanges::recorded_edges(index)),
+        Part::Exchange => Recorded::of_pairs(&exchanges::recorded(index)?),
+        Part::Screens => Recorded::of_pairs(&screens::recorded(index)?),
+        Part::Share => Recorded::of_pairs(&screens::recorded_shares(index)?),
+        Part::Reach => Recorded { statements: reached(hidden::recorded(index)?), wrong: Vec::new() },
+        Part::Work => Recorded { statements: reached(hidden::recorded_work(index)?), wrong: Vec::new() },
+    })
+}
+
 /// All records of the files `*.jsonl` in a folder, by file name.
 ///
 /// # Errors
@@ -440,6 +491,7 @@ impl fmt::Display for RecordedSubject {
             Self::Tree(index) => write!(f, "tree {index}"),
             Self::Scene(subject, name) => write!(f, "{} {name}", subject.name()),
             Self::Whole(name) => write!(f, "whole {name}"),
+            Self::Part(part, index) => write!(f, "{} {index}", part.name()),
         }
     }
 }
@@ -474,6 +526,9 @@ impl FromStr for RecordedSubject {
             }
             "whole" => Ok(Self::Whole(rest.parse().map_err(|_| bad())?)),
             "tree" => Ok(Self::Tree(rest.parse().map_err(|_| bad())?)),
+            _ if let Some((_, part)) = Part::ALL.iter().find(|(name, _)| *name == what) => {
+                Ok(Self::Part(*part, rest.parse().map_err(|_| bad())?))
+            }
             "oracle" => {
                 let (name, digits) = rest.split_once(' ').ok_or_else(bad)?;
                 let (_, arithmetic) = ARITHMETICS.iter().find(|(known, _)| *known == name).ok_or_else(bad)?;
@@ -523,6 +578,7 @@ mod tests {
             RecordedSubject::Answer(Query::Value(1.0)),
             RecordedSubject::Cubature(1e-6),
             RecordedSubject::Samples(64),
+            RecordedSubject::Part(Part::Share, 3),
         ]) {
             assert_eq!(of.to_string().parse(), Ok(of));
         }

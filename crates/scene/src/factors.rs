@@ -30,6 +30,8 @@ mod hiding;
 mod matrix;
 mod narrow;
 mod pair;
+#[doc(hidden)]
+pub mod probes;
 mod repair;
 mod rule;
 mod screen;

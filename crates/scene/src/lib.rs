@@ -34,6 +34,8 @@ mod words;
 
 pub use error::{Error, Overlapping};
 pub use extremes::{largest, smallest};
+#[doc(hidden)]
+pub use factors::probes;
 pub use factors::{
     ComputedRow, Entry, Factor, FactorBlock, FactorMatrix, FactorSettings, FieldCell, FormFactors, Narrowed, Repaired,
     SurfaceFactor, SurfaceMatrix, gauss_legendre,

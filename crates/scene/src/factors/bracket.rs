@@ -28,8 +28,10 @@ use std::rc::Rc;
 
 use radgrad_core::Polygon;
 
-use self::cell::{Cell, NEAR, Plane};
+pub(super) use self::cell::Cell;
+use self::cell::{NEAR, Plane};
 use self::division::division;
+pub(super) use self::edge::share_outside;
 use self::edge::{Passing, passing};
 pub(super) use self::fusion::{Partial, fuse};
 use self::nesting::nest;

@@ -23,6 +23,7 @@ mod tests;
 pub(super) use self::far::Part;
 use radgrad_core::{DVec3, Polygon};
 
+pub(super) use self::edges::mean_logarithm;
 use super::{larger, middle, smaller};
 use crate::occluders::perimeter;
 use crate::projection::normalising_power;
@@ -159,7 +160,7 @@ fn contour([a, b]: [&[DVec3]; 2], truncation: f64) -> Exchange {
     let truncation = truncation * std::f64::consts::TAU / (perimeter(a) * perimeter(b));
     for i in 0..a.len() {
         for j in 0..b.len() {
-            let pair = edges::mean_logarithm(edge(a, i), edge(b, j), truncation);
+            let pair = mean_logarithm(edge(a, i), edge(b, j), truncation);
             sum += pair.0;
             error += pair.1 + ROUNDOFF * sum.abs();
         }

@@ -212,7 +212,7 @@ fn tangent([a, b]: [&Cell; 2], sides: impl Fn(DVec3) -> [f64; 2], r0: DVec3) -> 
 
 /// Bounds on the share of all pairs whose segment passes outside the edge: from nothing to all where the cells are not on two sides of a plane
 /// through it.
-pub(super) fn share_outside(cells: [&Cell; 2], edge: [DVec3; 2]) -> [f64; 2] {
+pub(in crate::factors) fn share_outside(cells: [&Cell; 2], edge: [DVec3; 2]) -> [f64; 2] {
     by_slopes(cells, edge).unwrap_or([0.0, 1.0])
 }
 

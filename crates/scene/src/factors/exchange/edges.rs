@@ -21,7 +21,7 @@ use crate::factors::{larger, smaller};
 const ASIDE: f64 = 64.0 * ROUNDOFF;
 
 /// The integral times `a.b`, and a bound on its error. `truncation` is allowed of the mean logarithm.
-pub(super) fn mean_logarithm(a: [DVec3; 2], b: [DVec3; 2], truncation: f64) -> (f64, f64) {
+pub(in crate::factors) fn mean_logarithm(a: [DVec3; 2], b: [DVec3; 2], truncation: f64) -> (f64, f64) {
     let (along_a, along_b) = (a[1] - a[0], b[1] - b[0]);
     let lengths = [along_a.length(), along_b.length()];
     let product = lengths[0] * lengths[1];
