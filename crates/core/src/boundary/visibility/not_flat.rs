@@ -248,7 +248,7 @@ impl Doubt {
         // The sides are those of a cone, whatever its size.
         let vertices: Vec<DVec3> = self.vertices.iter().map(|v| *v * normalising_power(farthest)).collect();
         let narrowness = if self.is_edge_on { self.narrowness(&vertices) } else { 1.0 };
-        if !(narrowness > 0.0) {
+        if narrowness <= 0.0 || narrowness.is_nan() {
             // It may surround the receiver.
             return Vec::new();
         }
