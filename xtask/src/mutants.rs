@@ -44,8 +44,8 @@ pub(crate) struct Arguments {
     /// For those that truth does not notice, climb this many rounds for cases that tell; they go to OUT/witnesses.jsonl, for data/worst
     #[arg(long, value_name = "ROUNDS")]
     search: Option<u64>,
-    /// Of the drawn faults only those which nothing noticed in data/tables/faults.csv, in files that begin with this; OUT has what
-    /// became of them in again.csv
+    /// Instead of drawing, those faults which truth did not notice in data/tables/faults.csv, in files that begin with one of these,
+    /// with a comma between them; OUT has what became of them in again.csv
     #[arg(long, value_name = "PATH")]
     again: Option<String>,
     /// Where the table, the copy of the workspace and its build go
@@ -59,12 +59,15 @@ pub(crate) fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     let survivors = Known::read(&in_workspace("data/mutants.toml"))?;
     fs::create_dir_all(&arguments.out)?;
     let out = fs::canonicalize(&arguments.out)?;
-    let (sources, all) = draw::shuffled(&in_workspace("."), arguments.seed)?;
-    let (copy, refused, mut drawn) = instrumented(&sources, &all, arguments.sample, &out)?;
-    if let Some(prefix) = &arguments.again {
-        let survivors = score::survivors(&in_workspace("data/tables/faults.csv"), prefix)?;
-        drawn.retain(|&number| survivors.contains(&score::label(&all[number], &sources)));
+    let (sources, mut all) = draw::shuffled(&in_workspace("."), arguments.seed)?;
+    let mut sample = arguments.sample;
+    if let Some(prefixes) = &arguments.again {
+        // Whatever is drawn of today's sources.
+        let survivors = score::survivors(&in_workspace("data/tables/faults.csv"), prefixes)?;
+        all.retain(|drawn| survivors.contains(&score::label(drawn, &sources)));
+        sample = all.len();
     }
+    let (copy, refused, drawn) = instrumented(&sources, &all, sample, &out)?;
     let program = Program { path: copy.program(), out: out.clone() };
     let is_told = |number: usize| matches!(all[number].fault.form, Form::Told(_));
     let checks = program.checks(&bite::names(), is_told)?;

@@ -35,7 +35,7 @@ use crate::shard::Shard;
 use crate::table::Table;
 use crate::truth::Truth;
 use crate::witness::{self, Query, Witness};
-use crate::{derivatives, entries, exchanges, hidden, operations, screens};
+use crate::{derivatives, entries, estimates, exchanges, hidden, hulls, lamps, operations, refusals, screens, symmetry};
 
 /// Something wrong.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -85,12 +85,17 @@ macro_rules! by_truth {
 }
 
 /// The checks, the quickest first.
-const CHECKS: [Check; 25] = [
+const CHECKS: [Check; 30] = [
     by_truth!("merge", merge),
     by_truth!("canaries", canaries),
     ("witnesses", witnesses),
     by_truth!("brinks", brinks),
     by_truth!("trees", trees),
+    by_truth!("refusals", refused),
+    by_truth!("symmetries", symmetries),
+    by_truth!("lamps", lamps_together),
+    by_truth!("estimates", estimates_beside),
+    by_truth!("hulls", bent_polygons),
     by_truth!("lanes", lanes),
     by_truth!("exchanges", free_exchanges),
     by_truth!("screens", past_screens),
@@ -258,7 +263,7 @@ fn canaries(setting: &Setting<'_>) -> Vec<String> {
     findings
 }
 
-/// Lanes of double and single precision, with the bounds that they state themselves.
+/// Lanes of double and single precision, with the bounds that they state themselves; and polygons of many edges cut by the horizon.
 fn lanes(_: &Setting<'_>) -> Vec<String> {
     let families = [Family::Generic, Family::Clipped, Family::Far, Family::HorizonSliver, Family::NGon, Family::NearEdge];
     let names = names_of(&families, 16, 9);
@@ -266,7 +271,24 @@ fn lanes(_: &Setting<'_>) -> Vec<String> {
         let case = name.case();
         [Query::Lanes(1.0), Query::SingleLanes(1.0)].into_iter().flat_map(|ask| complaints(name, ask, &case)).collect::<Vec<_>>()
     };
-    names.par_iter().flat_map_iter(ask).collect()
+    let cut = |name: &Name| {
+        let mut case = name.case();
+        tilt(&mut case);
+        let asks = [Query::Answer(1e-12), Query::Answer(1e-16), Query::Lanes(1.0)];
+        asks.into_iter().flat_map(|ask| complaints(&format_args!("{name}, tilted"), ask, &case)).collect::<Vec<_>>()
+    };
+    let many_sided = names_of(&[Family::NGon, Family::Concave], 16, 9);
+    names.par_iter().flat_map_iter(ask).chain(many_sided.par_iter().flat_map_iter(cut)).collect()
+}
+
+/// Turns the receiver so that its horizon is through the middle of the emitter.
+fn tilt(case: &mut radgrad_scene::case::Case) {
+    let (x, vertices) = (DVec3::from(case.receiver.position), &case.emitter.vertices);
+    let middle = vertices.iter().map(|v| DVec3::from(*v) - x).sum::<DVec3>();
+    let tilted = middle.cross(DVec3::from(vertices[0]) - x);
+    if let Some(normal) = tilted.try_normalize() {
+        case.receiver.normal = normal.to_array();
+    }
 }
 
 fn complaints(name: &impl Display, ask: Query, case: &radgrad_scene::case::Case) -> Vec<String> {
@@ -454,6 +476,31 @@ fn second_derivatives(_: &Setting<'_>) -> Vec<String> {
     }
     findings.extend(told.into_iter().flatten().flatten());
     findings
+}
+
+/// Cases in other units, turned, mirrored and named from another vertex.
+fn symmetries(_: &Setting<'_>) -> Vec<String> {
+    symmetry::all_wrong()
+}
+
+/// What is accepted and what is refused.
+fn refused(_: &Setting<'_>) -> Vec<String> {
+    refusals::all_wrong()
+}
+
+/// A few lamps of every kind together.
+fn lamps_together(_: &Setting<'_>) -> Vec<String> {
+    lamps::all_wrong(200)
+}
+
+/// What the oracle says beside its enclosures.
+fn estimates_beside(_: &Setting<'_>) -> Vec<String> {
+    estimates::all_wrong()
+}
+
+/// Emitters and occluders that are not flat, against their triangles.
+fn bent_polygons(_: &Setting<'_>) -> Vec<String> {
+    hulls::all_wrong(150)
 }
 
 /// Running bounds of single operations.

@@ -12,6 +12,10 @@
 //! [`search`] climbs towards the largest error over bound, and [`witness`] keeps its cases; [`record`] keeps the statements with
 //! any other bound. [`bite`] is all that in seconds, on shipped code as it is or with a fault planted in it.
 //!
+//! What needs no truth of its own: [`symmetry`] has the same case in other units, turned and mirrored, [`hulls`] polygons that are not flat
+//! against their triangles, [`lamps`] a few lamps together against each alone, [`refusals`] what is just within a rule and just beyond;
+//! [`operations`] has single operations against the same with more digits, [`estimates`] what the oracle says beside its enclosures.
+//!
 //! [`comparison`] and [`stability`] hold other ways of computing the same against ours: [`contender`]s, the paper's form and
 //! `single_precision` among them, family by family and over planes of two parameters.
 //!
@@ -33,12 +37,15 @@ pub mod decade;
 pub mod derivatives;
 pub mod distribution;
 pub mod entries;
+pub mod estimates;
 pub mod exchanges;
 pub mod family;
 pub mod foreign;
 pub mod forms;
 pub mod gates;
 pub mod hidden;
+pub mod hulls;
+pub mod lamps;
 mod lattice;
 pub mod leading;
 pub mod measure;
@@ -47,6 +54,7 @@ pub mod name;
 pub mod operations;
 pub mod precision;
 pub mod record;
+pub mod refusals;
 pub mod regression;
 pub mod run;
 pub mod sampler;
@@ -58,6 +66,7 @@ pub mod shard;
 pub mod shrink;
 mod single_precision;
 pub mod stability;
+pub mod symmetry;
 pub mod table;
 pub mod tally;
 pub mod truth;

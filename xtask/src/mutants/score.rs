@@ -248,13 +248,14 @@ pub(crate) fn label(drawn: &Drawn, sources: &[Source]) -> [String; 3] {
     [&sources[drawn.file].path, drawn.fault.operator, drawn.line(sources).1].map(str::to_owned)
 }
 
-/// Labels of those faults of a table that nothing noticed, in files that begin with a path.
-pub(crate) fn survivors(table: &Path, prefix: &str) -> Result<BTreeSet<[String; 3]>, Box<dyn Error>> {
+/// Labels of those faults of a table that truth did not notice, in files that begin with one of some paths, with a comma between them.
+pub(crate) fn survivors(table: &Path, prefixes: &str) -> Result<BTreeSet<[String; 3]>, Box<dyn Error>> {
     let mut labels = BTreeSet::new();
     for row in csv::Reader::from_path(table)?.deserialize() {
         let row: HashMap<String, String> = row?;
-        let is_noticed = [Verdict::ByTruth, Verdict::ByRecord].map(Verdict::name).contains(&row["verdict"].as_str());
-        if let Some((path, _)) = row["place"].rsplit_once(':').filter(|(path, _)| path.starts_with(prefix) && !is_noticed) {
+        let is_asked =
+            |path: &str| row["verdict"] != Verdict::ByTruth.name() && prefixes.split(',').any(|prefix| path.starts_with(prefix));
+        if let Some((path, _)) = row["place"].rsplit_once(':').filter(|(path, _)| is_asked(path)) {
             labels.insert([path, &row["operator"], &row["line"]].map(str::to_owned));
         }
     }

@@ -28,7 +28,8 @@
 //!    gradient for a unit of emission.
 //!
 //! A receiver that is nearly in the plane of Q may not see its vertices in convex order. Then D is all that is seen within the cone
-//! of the vertices, at most `(K + s_Q)|p|` over Q's nearest distance from the plane through x that is parallel to Q.
+//! of the vertices, at most `(K + s_Q)|p|` over Q's nearest distance from the plane through x that is parallel to Q; and where their hull
+//! may hold the receiver, all that is seen.
 //!
 //! Nothing stays open where Q is surely in front, or behind, but for vertices that it shares with E's outline: there every surface
 //! of E is at most `2 s/a` steep, a the least altitude of a triangle of its vertices, and Q rises faster. Nor where a plane through
@@ -240,11 +241,24 @@ impl Doubt {
         })
     }
 
+    /// The least cosine between a direction and a vertex, for that direction in the occluder's plane across an edge of which it is
+    /// largest, from below. Above 0 the hull of the vertices is on one side of the receiver.
+    fn narrowness(&self, vertices: &[DVec3]) -> f64 {
+        let across = edges(vertices).filter_map(|[u, v]| (v - u).cross(self.plane.0).try_normalize());
+        let least = |way: DVec3| vertices.iter().map(|v| way.dot(*v) / length(*v)).fold(1.0, smallest);
+        across.flat_map(|way| [least(way), least(-way)]).fold(0.0, f64::max) * (1.0 - 1e-12) - 16.0 * ROUNDOFF
+    }
+
     /// Half-spaces `N.p >= offset`, each with the error of N.p at distances up to `reach`, that hold the rays through D.
     fn half_spaces(&self, reach: f64, height: f64) -> Vec<(DVec3, f64, f64)> {
         let farthest = self.vertices.iter().map(|v| length(*v)).fold(0.0, largest);
         // The sides are those of a cone, whatever its size.
         let vertices: Vec<DVec3> = self.vertices.iter().map(|v| *v * normalising_power(farthest)).collect();
+        let narrowness = if self.is_edge_on { self.narrowness(&vertices) } else { 1.0 };
+        if narrowness <= 0.0 || narrowness.is_nan() {
+            // It may surround the receiver.
+            return Vec::new();
+        }
         let middle: DVec3 = vertices.iter().sum();
         let mut half_spaces: Vec<(DVec3, f64, f64)> = Vec::with_capacity(vertices.len() + 2);
         for [u, v] in edges(&vertices) {
@@ -252,7 +266,9 @@ impl Doubt {
             let inward = if inward.dot(middle) < 0.0 { -inward } else { inward };
             let outside = |w: &DVec3| -inward.dot(*w) / length(*w);
             let rounding = 16.0 * ROUNDOFF * lengths + f64::MIN_POSITIVE;
-            half_spaces.push((inward, 0.0, (vertices.iter().map(outside).fold(0.0, largest) + rounding) * reach));
+            // Of a sum of vertices at least this share of their lengths is left.
+            let outside = vertices.iter().map(outside).fold(0.0, largest) / narrowness;
+            half_spaces.push((inward, 0.0, (outside + rounding) * reach));
         }
         let ((normal, offset), share) = (self.plane, self.slack / height);
         let rounding = 16.0 * ROUNDOFF * (reach + offset);
