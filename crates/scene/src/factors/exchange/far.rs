@@ -230,11 +230,11 @@ impl Nodes {
     #[inline]
     fn add_seen(&self, from: [f64; 3], [own, facing]: [[f64; 3]; 2], sums: &mut [f64; LANES]) {
         let [x, y, z] = &self.place;
-        for k in 0..LANES {
+        for (k, sum) in sums.iter_mut().enumerate() {
             let r = [x[k] - from[0], y[k] - from[1], z[k] - from[2]];
             let dot = |a: [f64; 3]| a[0] * r[0] + a[1] * r[1] + a[2] * r[2];
             let square = dot(r);
-            sums[k] -= self.weight[k] * dot(own) * dot(facing) / (square * square);
+            *sum -= self.weight[k] * dot(own) * dot(facing) / (square * square);
         }
     }
 }
