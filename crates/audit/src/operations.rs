@@ -98,7 +98,7 @@ fn finer_contradictions(sampler: &mut Sampler) -> Vec<String> {
 pub fn wrong(index: u64) -> Vec<String> {
     let sampler = &mut Sampler::new(16, "operations", index);
     let mut findings = contradictions::<f64, DoubleDouble>(sampler);
-    if index % 8 == 0 {
+    if index.is_multiple_of(8) {
         findings.extend(finer_contradictions(sampler));
     }
     findings

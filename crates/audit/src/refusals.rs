@@ -170,16 +170,16 @@ fn limits() -> Vec<String> {
     findings
 }
 
+/// A rule by its name: what is wrong with what is drawn.
+type Rule = (&'static str, fn(&mut Sampler) -> Vec<String>);
+
+const RULES: [Rule; 3] = [("flatness", flatness), ("short edges", short_edges), ("affinity", affinity)];
+
 /// Violations of the rules.
 #[must_use]
 pub fn all_wrong() -> Vec<String> {
-    let rules: [(&str, fn(&mut Sampler) -> Vec<String>); 3] =
-        [("flatness", flatness), ("short edges", short_edges), ("affinity", affinity)];
-    let ask = |(name, rule): (&str, fn(&mut Sampler) -> Vec<String>)| {
-        let name = name.to_owned();
-        (0..100).flat_map(move |index| rule(&mut Sampler::new(20, &name, index))).collect::<Vec<_>>()
-    };
-    rules.into_iter().flat_map(ask).chain(limits()).collect()
+    let ask = |(name, rule): Rule| (0..100).flat_map(move |index| rule(&mut Sampler::new(20, name, index)));
+    RULES.into_iter().flat_map(ask).chain(limits()).collect()
 }
 
 #[cfg(test)]
