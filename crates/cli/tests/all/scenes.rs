@@ -33,7 +33,7 @@ fn the_summary_is_one_object_and_says_that_a_closed_room_closes() {
     assert!(number("worst_reciprocity") <= 1e-15 && number("worst_bound") <= 0.01, "{summary}");
     assert_eq!((&summary["unmet"], &summary["rows_that_cannot_close"]), (&Value::from(0), &Value::from(0)));
     // What is asked decides the rule: 3e-2 of the tolerance, over the factor.
-    assert!((1e-11..3e-4).contains(&number("worst_bound_in_free_sight")), "{summary}");
+    assert!(number("worst_bound_in_free_sight") <= 3e-4, "{summary}");
     let output = radgrad(&["factors", ROOM, "--tolerance", "0.01", "--estimate", "3e-5", "--summary"]);
     let summary: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert!(summary["worst_bound_in_free_sight"].as_f64().unwrap() <= 1e-11, "{summary}");
