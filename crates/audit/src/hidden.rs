@@ -105,31 +105,35 @@ pub fn of_beam(index: u64) -> Vec<String> {
 /// Violations by a lamp whose corners are in a receiver's horizon up to rounding: where one is above it, and the receiver before the lamp, there is a beam.
 #[must_use]
 pub fn of_horizon(index: u64) -> Vec<String> {
-    /// Whole numbers of this are doubles, and so are their products' sums as whole numbers of its square.
+    // Whole numbers of this are doubles, and sums of their products whole numbers of its square.
     const UNIT: f64 = 1.0 / (1u64 << 50) as f64;
     let s = &mut Sampler::new(29, "horizons", index);
-    let mut whole = || s.integer(-(1 << 50), 1 << 50);
-    let normal = [whole(), whole(), whole()];
+    let mut whole = || s.integer(-(1 << 49), 1 << 49);
+    let [x, y, z] = [whole(), whole(), whole()];
+    // Of half of the normals the components cancel.
+    let normal = [x, y, if index.is_multiple_of(2) { z } else { -x - y + z / (1 << 20) }];
     if normal[2] == 0 {
         return Vec::new();
     }
     let height = |at: [i64; 3]| (0..3).map(|k| i128::from(normal[k]) * i128::from(at[k])).sum::<i128>();
-    let mut level = |by: i64| {
+    let level = |_| {
         let [x, y] = [whole() / 4, whole() / 4];
-        let z = -height([x, y, 0]) / i128::from(normal[2]);
-        i64::try_from(z).ok().filter(|z| z.abs() < 1 << 51).map(|z| [x, y, z + by])
+        let z = i64::try_from(-height([x, y, 0]) / i128::from(normal[2])).ok().filter(|z| z.abs() < 1 << 50)?;
+        (height([x, y, z]) > 0).then_some([x, y, z])
     };
-    let (Some(a), Some(b)) = (level(0), level(1)) else { return Vec::new() };
+    // Those that are least above it.
+    let mut above: Vec<[i64; 3]> = (0..60).filter_map(level).collect();
+    above.sort_by_key(|&place| height(place));
+    let [a, b, ..] = above[..] else { return Vec::new() };
     #[allow(clippy::cast_precision_loss, reason = "of 51 bits at most")]
     let at = |place: [i64; 3]| DVec3::from(place.map(|x| x as f64)) * UNIT;
     let Ok(receiver) = Receiver::new(DVec3::ZERO, at(normal), 1.0) else { return Vec::new() };
     // With a corner that is clearly below, so that the lamp is not in the horizon.
     let below = at(a) - at(normal) * 0.5;
-    let is_above = [a, b].iter().any(|&corner| height(corner) > 0);
     let has_beam = [[at(a), at(b), below], [at(b), at(a), below]]
         .map(|corners| Polygon::new(corners.to_vec()).is_ok_and(|lamp| Beam::from_receiver(&receiver, &lamp).is_some()));
     // It is before one side of it.
-    if is_above && !has_beam.contains(&true) {
+    if !has_beam.contains(&true) {
         return vec![format!("horizon {index}: {:?} is above the horizon, and there is no beam", [a, b])];
     }
     Vec::new()

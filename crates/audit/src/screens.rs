@@ -14,7 +14,7 @@ use crate::sampler::Sampler;
 const EFFORTS: [usize; 4] = [1, 6, 30, 150];
 
 /// Screens between two faces, by how they lie.
-const KINDS: u32 = 10;
+const KINDS: u64 = 10;
 
 /// Two faces that look at each other, and what is between.
 #[derive(Debug, Clone)]
@@ -28,7 +28,7 @@ fn quad(corner: DVec3, u: DVec3, v: DVec3) -> Vec<DVec3> {
 }
 
 impl Drawn {
-    fn new(s: &mut Sampler, kind: u32) -> Self {
+    fn new(s: &mut Sampler, kind: u64) -> Self {
         let mut face = |z: f64| {
             let [u, v] = [DVec3::new(s.between(0.4, 0.8), 0.0, s.between(-0.1, 0.1)), DVec3::new(0.1, s.between(0.4, 0.8), 0.1)];
             quad(DVec3::new(s.between(-0.5, -0.2), s.between(-0.5, -0.2), z), u, v)
@@ -146,7 +146,7 @@ const OF_ESTIMATE: f64 = 20.0;
 /// # Errors
 /// If a polygon, a scene or a factor is refused: why.
 pub fn of_drawn(index: u64) -> Result<Vec<String>, String> {
-    let kind = (index % u64::from(KINDS)) as u32;
+    let kind = index % KINDS;
     let drawn = Drawn::new(&mut Sampler::new(19, "screens", index), kind);
     let [rough, truth] = [drawn.by_points(3)?, drawn.by_points(5)?];
     let slack = 2.0 * (truth - rough).abs() + 1e-9;
@@ -186,9 +186,9 @@ fn rest_of_plane(outline: &[DVec3]) -> Vec<Vec<DVec3>> {
         for (i, &p) in left.iter().enumerate() {
             let (next, j) = (left[(i + 1) % left.len()], (i + 1) % left.len());
             if heights[i] >= 0.0 {
-                inside.push(p)
+                inside.push(p);
             } else {
-                outside.push(p)
+                outside.push(p);
             }
             if heights[i] * heights[j] < 0.0 {
                 let cut = p + (next - p) * (heights[i] / (heights[i] - heights[j]));
@@ -241,7 +241,7 @@ pub fn of_complements(index: u64) -> Result<Vec<String>, String> {
 /// # Errors
 /// If a polygon, a scene or a factor is refused: why.
 pub(crate) fn recorded(index: u64) -> Result<Vec<(f64, f64)>, String> {
-    let drawn = Drawn::new(&mut Sampler::new(21, "screens", index), (index % u64::from(KINDS)) as u32);
+    let drawn = Drawn::new(&mut Sampler::new(21, "screens", index), index % KINDS);
     let of = |factor: &Factor| {
         [(0.5 * (factor.lower + factor.upper), 0.5 * (factor.upper - factor.lower)), (factor.value, factor.estimate)]
     };
@@ -297,7 +297,7 @@ mod tests {
 
     #[test]
     fn factors_past_screens_are_what_points_see_and_add_up_with_the_rest_of_the_plane() {
-        for index in 0..u64::from(KINDS) {
+        for index in 0..KINDS {
             assert_eq!(of_drawn(index), Ok(Vec::new()));
         }
         assert_eq!(of_complements(0), Ok(Vec::new()));

@@ -16,8 +16,8 @@ impl Projection {
     /// The projection of an outline, in which it is counter-clockwise if it has an orientation.
     pub(crate) fn onto_largest(outline: &[DVec3]) -> Self {
         let power = normalising_power(outline.iter().map(|v| v.abs().max_element()).fold(0.0, largest));
-        let Some((&origin, others)) = outline.split_first() else { return Self { axes: [0, 1], power } };
-        let offsets: Vec<DVec3> = others.iter().map(|&v| (v - origin) * power).collect();
+        let origin = outline.first().copied().unwrap_or_default();
+        let offsets: Vec<DVec3> = outline.iter().map(|&v| (v - origin) * power).collect();
         let normal = offsets.windows(2).fold(DVec3::ZERO, |sum, pair| sum + pair[0].cross(pair[1]));
         let [x, y, z] = normal.abs().to_array();
         let (axes, up) = if z >= x && z >= y {

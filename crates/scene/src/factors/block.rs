@@ -139,8 +139,8 @@ impl FactorBlock {
         let (head, rest) = bytes.split_at_checked(HEAD).filter(|(_, rest)| rest.len() % PAIR == 0).ok_or_else(wrong)?;
         let row = |at: usize| head[at..].first_chunk().and_then(|&bytes| usize::try_from(u64::from_le_bytes(bytes)).ok());
         let rows = row(0).ok_or_else(wrong)?..row(8).ok_or_else(wrong)?;
-        let whole = |pair: &[u8], at: usize| pair[at..].first_chunk().map_or(u32::MAX, |&bytes| u32::from_le_bytes(bytes));
-        let real = |pair: &[u8], at: usize| pair[at..].first_chunk().map_or(f64::NAN, |&bytes| f64::from_le_bytes(bytes));
+        let whole = |pair: &[u8], at: usize| u32::from_le_bytes(std::array::from_fn(|k| pair[at + k]));
+        let real = |pair: &[u8], at: usize| f64::from_le_bytes(std::array::from_fn(|k| pair[at + k]));
         let pair = |pair: &[u8]| Pair {
             faces: [whole(pair, 0), whole(pair, 4)],
             known: Known {

@@ -77,7 +77,8 @@ pub(super) fn passing(
 ) -> Option<(Passing, Exchange)> {
     let kernel = kernel(cells, planes)?;
     let is_useful = kernel[1] - kernel[0] <= USEFUL * kernel[0];
-    if shadows.is_empty() || !is_useful || kernel.iter().any(|k| !k.is_finite()) {
+    // A kernel that is no number or not finite says nothing either.
+    if shadows.is_empty() || !is_useful {
         return None;
     }
     let whole = whole();
