@@ -186,7 +186,7 @@ fn any_two_triangles_almost_in_one_plane_exchange_what_the_parts_of_one_do() {
 }
 
 /// Drawn triangles and quadrilaterals, wide and narrow, apart by half their size to ten times it: the bound of the rule holds against the sum over edges
-/// whatever is allowed, and it is not far from what the rule errs by.
+/// whatever is allowed, and is not a hundred times what the rule errs by.
 #[test]
 fn few_nodes_are_within_the_bound_that_chose_them() {
     let mut uniform = draws(31);
