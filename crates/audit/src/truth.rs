@@ -13,7 +13,7 @@ use crate::seen::reduced;
 /// use radgrad_audit::family::Family;
 /// use radgrad_audit::truth::Truth;
 /// let problem = Family::Generic.case(1, 0).problem()?;
-/// let truth = Truth::of(&problem.receiver, &problem.emitter)?;
+/// let truth = Truth::unoccluded(&problem.receiver, &problem.emitter)?;
 /// let answer = radgrad_core::evaluate(&problem.receiver, &problem.emitter, &[])?;
 /// assert!(truth.radiosity_error(answer.radiosity) <= answer.radiosity_error);
 /// # Ok::<(), Box<dyn std::error::Error>>(())

@@ -60,14 +60,14 @@ const TOWERS: &[Tower] = &[
     Tower {
         sources: "../crates/solver/src",
         floors: &[
-            &["error", "clock"],
+            &["error", "clock", "bytes", "once"],
             &["mesh"],
             &["links"],
             &["field"],
             &["system"],
             &["estimate"],
             &["solve"],
-            &["picture"],
+            &["picture", "parts"],
             &["lib"],
         ],
         upward: &[

@@ -31,24 +31,17 @@ fn workspace() -> Vec<String> {
     texts
 }
 
-/// The words of the code, without lines that are comments.
-fn words(text: &str) -> impl Iterator<Item = &str> {
-    let code = text.lines().filter(|line| !line.trim_start().starts_with("//"));
-    code.flat_map(|line| line.split(|c: char| !c.is_alphanumeric() && c != '_').filter(|word| !word.is_empty()))
-}
-
 /// How many functions and how many variables have one of the names.
 fn counts(text: &str) -> [usize; 2] {
-    let words: Vec<&str> = words(text).collect();
+    let code = || text.lines().filter(|line| !line.trim_start().starts_with("//"));
     let follows = |keyword: &str, names: &[&str]| {
-        let named = |&place: &usize| {
-            let after = &words[place + 1..];
-            let name = after.iter().find(|word| **word != "mut");
-            words[place] == keyword && name.is_some_and(|name| names.contains(name))
+        let name = |after: &'_ str| {
+            let after = after.strip_prefix("mut ").unwrap_or(after);
+            names.contains(&after.split(|c: char| !c.is_alphanumeric() && c != '_').next().unwrap_or_default())
         };
-        (0..words.len()).filter(named).count()
+        code().flat_map(|line| line.split(keyword).skip(1)).filter(|after| name(after)).count()
     };
-    [follows("fn", &FUNCTIONS.0), follows("let", &VARIABLES.0)]
+    [follows("fn ", &FUNCTIONS.0), follows("let ", &VARIABLES.0)]
 }
 
 #[test]
