@@ -67,7 +67,9 @@ fn pool(count: Option<usize>) -> PyResult<Arc<ThreadPool>> {
     let threads = made(count.unwrap_or(wanted))?;
     let before = pool.replace(Pool { process, threads: Arc::clone(&threads) });
     // Threads of the parent are not here: to end them would wait for them.
-    before.filter(|before| before.process != process).map(std::mem::forget);
+    if let Some(before) = before.filter(|before| before.process != process) {
+        std::mem::forget(before);
+    }
     Ok(threads)
 }
 

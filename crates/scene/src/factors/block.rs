@@ -100,8 +100,8 @@ impl FormFactors<'_> {
         {
             return Err(Error::expected("pairs of faces of the scene, the lower one first", format!("{:?}", pair.faces)));
         }
-        if let Some([before, after]) = pairs.array_windows().find(|[before, after]| before.faces >= after.faces) {
-            let found = format!("{:?} before {:?}", before.faces, after.faces);
+        if let Some(two) = pairs.windows(2).find(|two| two[0].faces >= two[1].faces) {
+            let found = format!("{:?} before {:?}", two[0].faces, two[1].faces);
             return Err(Error::expected("each pair of faces once, in their order", found));
         }
         pairs.iter().try_for_each(|pair| self.check_known(pair.faces.map(|face| face as usize), pair.known))?;
@@ -186,8 +186,7 @@ mod tests {
         let factors = FormFactors::new(&scene).unwrap();
         let settings = FactorSettings { tolerance: 0.1, ..FactorSettings::default() };
         let whole = factors.block(0..factors.faces().len(), &settings, || ()).unwrap();
-        type Spoil = fn(&mut Vec<Pair>);
-        let spoils: [Spoil; 8] = [
+        let spoils: [fn(&mut Vec<Pair>); 8] = [
             |pairs| pairs[0].known.value = 2.0 * pairs[0].known.most + 1e-3,
             |pairs| pairs[1].known.value = f64::NAN,
             |pairs| pairs[1].known.least = -1.0,
