@@ -107,7 +107,10 @@ def _take_vtk(into: Mesh, mesh: Any, array: Optional[str], name: Optional[str]) 
 
 
 def _take_meshio(into: Mesh, mesh: Any, array: Optional[str], name: Optional[str]) -> None:
-    faces, kept, skipped, at = [], [], {}, 0
+    faces: list[Any] = []
+    kept: list[int] = []
+    skipped: dict[str, int] = {}
+    at = 0
     for block in mesh.cells:
         rows = block.data
         if block.type in ("triangle", "quad") or block.type.startswith("polygon"):
@@ -210,14 +213,14 @@ def triangles(outline: Any) -> "list[list[int]]":
         return float(np.dot(np.cross(points[b] - points[a], points[c] - points[a]), normal))
 
     while len(left) > 3:
-        best, widest = 0, -np.inf
+        best, widest = 0, float("-inf")
         for at in range(len(left)):
             a, b, c = left[at - 1], left[at], left[(at + 1) % len(left)]
             size = side(a, b, c)
             length = max(np.linalg.norm(points[x] - points[y]) for x, y in ((a, b), (b, c), (c, a)))
             inside = (p for p in left if p not in (a, b, c) and min(side(a, b, p), side(b, c, p), side(c, a, p)) >= 0)
             if size / length > widest and not any(inside):
-                best, widest = at, size / length
+                best, widest = at, float(size / length)
         found.append([left[best - 1], left[best], left[(best + 1) % len(left)]])
         del left[best]
     return [*found, left]

@@ -18,7 +18,7 @@ def table(title: str, rows: "list[tuple[str, Any]]") -> str:
 def pandas() -> Any:
     """The package that has frames."""
     try:
-        import pandas
+        import pandas  # type: ignore[import-untyped,unused-ignore]
     except ImportError:
         raise ImportError("frames need pandas: pip install pandas") from None
     return pandas
