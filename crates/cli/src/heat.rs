@@ -170,11 +170,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
 
 /// The error with the name of its surface.
 fn said(error: &HeatError, faces: &Faces) -> String {
-    let text = error.to_string();
-    let number = text.strip_prefix("surface ").and_then(|rest| rest.split(':').next()).and_then(|n| n.parse::<usize>().ok());
-    match number {
-        Some(face) if face < faces.names.len() => format!("face {} of `{}`: {text}", faces.names[face], faces.surfaces[face]),
-        _ => text,
+    match error.surface() {
+        Some(face) if face < faces.names.len() => format!("face {} of `{}`: {error}", faces.names[face], faces.surfaces[face]),
+        _ => error.to_string(),
     }
 }
 

@@ -32,10 +32,7 @@
 use std::error::Error;
 
 use nalgebra::{DMatrix, DVector};
-use radgrad_scene::{Degenerate, FactorSettings, FormFactors, Scene};
-
-/// Stefan and Boltzmann's constant, W/(m2 K4).
-const SIGMA: f64 = 5.670_374_419e-8;
+use radgrad_scene::{Degenerate, FactorSettings, FormFactors, STEFAN_BOLTZMANN, Scene};
 
 const EMITTANCE: f64 = 0.9;
 
@@ -54,7 +51,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let name = |i: usize| scene.surfaces()[by_surface.surfaces[i]].name();
     // The floor is heated to 29 degrees Celsius, the rest is at 20.
     let kelvin = |i: usize| if name(i) == "floor" { 302.15 } else { 293.15_f64 };
-    let emitted = DVector::from_fn(count, |i, _| SIGMA * kelvin(i).powi(4));
+    let emitted = DVector::from_fn(count, |i, _| STEFAN_BOLTZMANN * kelvin(i).powi(4));
 
     let reflected = DMatrix::identity(count, count) - &factors * (1.0 - EMITTANCE);
     let absorbed = reflected.lu().solve(&(&factors * EMITTANCE)).ok_or("a system without a solution")?;

@@ -17,7 +17,7 @@ const OPEN: f64 = 1e-6;
 const SETTLED: f64 = 1e-15;
 const UNSETTLED: f64 = 1e-9;
 
-/// What is known of a surface.
+/// The boundary condition of a surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Boundary {
     /// Its temperature in kelvin.
@@ -33,9 +33,9 @@ pub struct SurfaceHeat {
     pub temperature: f64,
     /// The net heat that it loses by radiation, W/m2.
     pub flux: f64,
-    /// What leaves it, emitted and reflected, W/m2.
+    /// The heat that leaves it, emitted and reflected, W/m2.
     pub radiosity: f64,
-    /// What arrives at it, W/m2.
+    /// The heat that arrives at it, W/m2.
     pub irradiance: f64,
 }
 
@@ -46,7 +46,7 @@ pub enum HeatError {
     /// Areas, emittances, boundaries and rows of factors are not as many.
     #[error("{count} {what}, and {rows} rows of factors: give one for each surface")]
     Count {
-        /// What they are.
+        /// Their name.
         what: &'static str,
         /// How many there are.
         count: usize,
@@ -58,11 +58,11 @@ pub enum HeatError {
     Range {
         /// The surface.
         surface: usize,
-        /// What the number is.
+        /// The name of the number.
         what: &'static str,
         /// The number.
         value: f64,
-        /// What it must be.
+        /// The range of the number.
         range: &'static str,
     },
     /// The temperature of the surroundings is outside its range.
@@ -78,7 +78,7 @@ pub enum HeatError {
         from: usize,
         /// The surface it sees.
         to: usize,
-        /// What is wrong.
+        /// The defect.
         defect: &'static str,
     },
     /// `A_i F_ij` is not `A_j F_ji`.
@@ -133,7 +133,7 @@ pub enum HeatError {
     BelowZero {
         /// The surface.
         surface: usize,
-        /// What it would have to emit if black.
+        /// The power that it would have to emit if black.
         power: f64,
     },
     /// The system is too close to one without a solution.
@@ -146,6 +146,24 @@ pub enum HeatError {
         /// Heat out of balance over heat exchanged.
         residual: f64,
     },
+}
+
+impl HeatError {
+    /// The one surface that it is about; none if it is about two, or about all.
+    #[must_use]
+    pub const fn surface(&self) -> Option<usize> {
+        match *self {
+            Self::Range { surface, .. }
+            | Self::Column { from: surface, .. }
+            | Self::MoreThanAll { surface, .. }
+            | Self::Open { surface, .. }
+            | Self::NoLevel { surface }
+            | Self::Mirror { surface }
+            | Self::BelowZero { surface, .. }
+            | Self::Unsettled { surface, .. } => Some(surface),
+            Self::Count { .. } | Self::Surroundings { .. } | Self::Reciprocity { .. } => None,
+        }
+    }
 }
 
 /// Temperature, net flux and radiosity of each of grey, diffuse surfaces in a steady state, from their factors: of each row the
@@ -371,7 +389,7 @@ impl System {
     }
 }
 
-/// What surfaces exchange with others, the mean of both ways; none with themselves.
+/// Exchanges of surfaces with others, the mean of both ways; none with themselves.
 fn exchange_of(factors: &[Vec<(usize, f64)>], areas: &[f64]) -> Result<Vec<Vec<(usize, f64)>>, HeatError> {
     let count = factors.len();
     let mut ways: Vec<Vec<(usize, f64, f64)>> = vec![Vec::new(); count];

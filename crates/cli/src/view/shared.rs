@@ -5,7 +5,7 @@
 use std::collections::HashMap;
 
 use radgrad_core::DVec3;
-use radgrad_scene::{Occluders, largest, smallest};
+use radgrad_scene::{Occluders, contains, largest, smallest};
 use radgrad_solver::{Error, Ledger, Solution};
 use rayon::prelude::*;
 
@@ -259,14 +259,7 @@ fn meeting(solution: &Solution, face: usize, [eye, direction]: [DVec3; 2]) -> Op
     let polygon = &solution.mesh().polygons()[face];
     let (normal, corner) = (polygon.normal(), polygon.vertices()[0]);
     let point = eye + direction * (normal.dot(corner - eye) / normal.dot(direction));
-    let vertices = polygon.vertices();
-    let sides = vertices.iter().zip(vertices.iter().cycle().skip(1));
-    // Around a point inside, the vertices turn once.
-    let turns = sides.map(|(&a, &b)| {
-        let (a, b) = (a - point, b - point);
-        normal.dot(a.cross(b)).atan2(a.dot(b))
-    });
-    (point.is_finite() && turns.sum::<f64>() > std::f64::consts::PI).then_some(point)
+    (point.is_finite() && contains(polygon.vertices(), normal, point)).then_some(point)
 }
 
 /// An exact gather as a pixel.
