@@ -73,7 +73,7 @@ fn pool(count: Option<usize>) -> PyResult<Arc<ThreadPool>> {
     Ok(threads)
 }
 
-/// What is computed by the threads of this process. Every door leads through here: the host's arithmetic is checked, and the process.
+/// Computes with the threads of this process. Every door leads through here: the host's arithmetic is checked, and the process.
 ///
 /// # Errors
 /// If the host rounds otherwise than bounds are proven for, or the process was forked while it computed.

@@ -1,11 +1,33 @@
 """What the tests have in common."""
 
+import contextlib
 import pathlib
+import threading
+import time
 
 import pytest
 
 #: The project, where the tests run in it.
 ROOT = pathlib.Path(__file__).resolve().parents[3]
+
+
+@contextlib.contextmanager
+def counting():
+    """Another thread that counts, as long as Python's lock is free; its count, in a list."""
+    counted, done = [0], threading.Event()
+
+    def count():
+        while not done.is_set():
+            counted[0] += 1
+            time.sleep(0.001)
+
+    other = threading.Thread(target=count)
+    other.start()
+    try:
+        yield counted
+    finally:
+        done.set()
+        other.join()
 
 
 @pytest.fixture(scope="session")

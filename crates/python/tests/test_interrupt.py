@@ -10,35 +10,26 @@ import numpy as np
 import pytest
 
 import radgrad as rg
+from conftest import counting
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals are another matter on Windows")
 
 
 def interrupted(after, work):
     """Runs work, with Ctrl-C after so many seconds; returns how long it took, what came out and how far another thread counted."""
-    counted, done = [0], threading.Event()
-
-    def count():
-        while not done.is_set():
-            counted[0] += 1
-            time.sleep(0.001)
-
-    other = threading.Thread(target=count)
-    other.start()
-    timer = threading.Timer(after, lambda: os.kill(os.getpid(), signal.SIGINT))
-    # A shell's background jobs, as those of a build, ignore it from the start.
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    start = time.monotonic()
-    timer.start()
-    try:
-        result = work()
-    except KeyboardInterrupt as caught:
-        result = caught
-    took = time.monotonic() - start
-    timer.cancel()
-    signal.signal(signal.SIGINT, before)
-    done.set()
-    other.join()
+    with counting() as counted:
+        timer = threading.Timer(after, lambda: os.kill(os.getpid(), signal.SIGINT))
+        # A shell's background jobs, as those of a build, ignore it from the start.
+        before = signal.signal(signal.SIGINT, signal.default_int_handler)
+        start = time.monotonic()
+        timer.start()
+        try:
+            result = work()
+        except KeyboardInterrupt as caught:
+            result = caught
+        took = time.monotonic() - start
+        timer.cancel()
+        signal.signal(signal.SIGINT, before)
     return took, result, counted[0]
 
 

@@ -8,12 +8,12 @@ import os
 import subprocess
 import sys
 import threading
-import time
 
 import numpy as np
 import pytest
 
 import radgrad as rg
+from conftest import counting
 
 CAN_FORK = "fork" in multiprocessing.get_all_start_methods() and sys.platform.startswith("linux")
 LAMP = [[0, 0, 1], [0, 1, 1], [1, 1, 1], [1, 0, 1]]
@@ -190,16 +190,6 @@ def test_another_rounding_is_refused_at_every_door(room, data, tmp_path, request
 
 
 def test_a_long_call_leaves_pythons_lock(data):
-    counted, done = [0], threading.Event()
-
-    def count():
-        while not done.is_set():
-            counted[0] += 1
-            time.sleep(0.001)
-
-    other = threading.Thread(target=count)
-    other.start()
-    rg.Scene.read(data / "scenes/two_blocks.obj").factors(tolerance=0.02)
-    done.set()
-    other.join()
+    with counting() as counted:
+        rg.Scene.read(data / "scenes/two_blocks.obj").factors(tolerance=0.02)
     assert counted[0] > 0
