@@ -6,13 +6,13 @@
 //!
 //! `cargo xtask verify` has it in every run, and `cargo xtask mutants` runs it on shipped code with a fault planted.
 
+mod scene_checks;
+
 use std::fmt::Display;
 
 use glam::DVec3;
 use radgrad_core::evaluate_to;
-use radgrad_oracle::scene::Effort;
 use radgrad_oracle::{Arithmetic, Request, Source, enclose_source_occluded};
-use radgrad_solver::Marking;
 use rayon::prelude::*;
 
 use crate::agreement::agreement;
@@ -35,7 +35,7 @@ use crate::shard::Shard;
 use crate::table::Table;
 use crate::truth::Truth;
 use crate::witness::{self, Query, Witness};
-use crate::{derivatives, entries, estimates, exchanges, hidden, hulls, lamps, operations, refusals, screens, symmetry};
+use crate::{derivatives, entries, estimates, hulls, lamps, operations, refusals, symmetry};
 
 /// Something wrong.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -44,7 +44,7 @@ pub struct Wrong {
     pub check: &'static str,
     /// Whether the answer differs from the record alone, and truth does not refute it.
     pub by_record: bool,
-    /// What, for people.
+    /// The finding, for people.
     pub what: String,
 }
 
@@ -55,7 +55,7 @@ pub struct Setting<'a> {
     pub gates: &'a Gates,
     /// The recorded witnesses.
     pub witnesses: &'a [Witness],
-    /// What was said of cases and scenes.
+    /// Recorded values and bounds of cases and scenes.
     pub records: &'a [Record],
     /// The check that goes first.
     pub first: Option<&'a str>,
@@ -77,9 +77,9 @@ pub enum Made {
 /// A check by its name.
 type Check = (&'static str, fn(&Setting<'_>) -> Vec<Wrong>);
 
-/// What truth finds wrong in a check.
+/// A check whose findings truth makes.
 macro_rules! by_truth {
-    ($name:literal, $check:ident) => {
+    ($name:literal, $check:path) => {
         ($name, |setting| $check(setting).into_iter().map(|what| Wrong { check: $name, by_record: false, what }).collect())
     };
 }
@@ -97,14 +97,14 @@ const CHECKS: [Check; 30] = [
     by_truth!("estimates", estimates_beside),
     by_truth!("hulls", bent_polygons),
     by_truth!("lanes", lanes),
-    by_truth!("exchanges", free_exchanges),
-    by_truth!("screens", past_screens),
-    by_truth!("hidden", in_beams),
+    by_truth!("exchanges", scene_checks::free_exchanges),
+    by_truth!("screens", scene_checks::past_screens),
+    by_truth!("hidden", scene_checks::in_beams),
     by_truth!("enclosures", enclosures),
     by_truth!("awkward", awkward_cases),
-    by_truth!("pieces", pieces),
-    by_truth!("limits", limits),
-    by_truth!("alike", alike),
+    by_truth!("pieces", scene_checks::pieces),
+    by_truth!("limits", scene_checks::limits),
+    by_truth!("alike", scene_checks::alike),
     ("records", |setting| records("records", Asked::Core, setting)),
     ("oracle-records", |setting| records("oracle-records", Asked::Oracle, setting)),
     ("scene-records", |setting| records("scene-records", Asked::Scenes, setting)),
@@ -112,10 +112,10 @@ const CHECKS: [Check; 30] = [
     by_truth!("bounds", bounds),
     by_truth!("errors", errors),
     by_truth!("derivatives", second_derivatives),
-    by_truth!("brackets", brackets),
+    by_truth!("brackets", scene_checks::brackets),
     by_truth!("entries", other_entries),
     by_truth!("operations", single_operations),
-    by_truth!("scenes", whole_scenes),
+    by_truth!("scenes", scene_checks::whole_scenes),
 ];
 
 /// The names of the checks.
@@ -483,7 +483,7 @@ fn symmetries(_: &Setting<'_>) -> Vec<String> {
     symmetry::all_wrong()
 }
 
-/// What is accepted and what is refused.
+/// Rules of refusal.
 fn refused(_: &Setting<'_>) -> Vec<String> {
     refusals::all_wrong()
 }
@@ -493,7 +493,7 @@ fn lamps_together(_: &Setting<'_>) -> Vec<String> {
     lamps::all_wrong(200)
 }
 
-/// What the oracle says beside its enclosures.
+/// Estimates of the oracle, beside its enclosures.
 fn estimates_beside(_: &Setting<'_>) -> Vec<String> {
     estimates::all_wrong()
 }
@@ -531,117 +531,6 @@ fn other_entries(_: &Setting<'_>) -> Vec<String> {
         named(name, entries::of_rounding(name).unwrap_or_else(|error| vec![error]))
     };
     findings.extend((0..3u64).into_par_iter().flat_map_iter(of_rounding).collect::<Vec<_>>());
-    findings
-}
-
-/// Exchanges with nothing in between, of edges and polygons.
-fn free_exchanges(_: &Setting<'_>) -> Vec<String> {
-    let lines: Vec<&str> = exchanges::edges().collect();
-    let mut findings: Vec<String> = lines.par_iter().flat_map_iter(|line| exchanges::of_edges(line)).collect();
-    let drawn = (0..40u64).into_par_iter().flat_map_iter(|index| [exchanges::of_pair(index), exchanges::of_tetrahedron(index)]);
-    findings.extend(drawn.flatten_iter().collect::<Vec<_>>());
-    findings
-}
-
-/// Factors past drawn screens.
-fn past_screens(_: &Setting<'_>) -> Vec<String> {
-    let drawn = |index: u64| {
-        let pairs = (index < 2).then(|| screens::of_complements(index));
-        let asked = [screens::of_drawn(index), screens::of_shares(index)].into_iter().chain(pairs);
-        asked.flat_map(|said| said.unwrap_or_else(|error| vec![error])).collect::<Vec<_>>()
-    };
-    (0..20u64).into_par_iter().flat_map_iter(drawn).collect()
-}
-
-/// What the index finds in beams and along rays.
-fn in_beams(_: &Setting<'_>) -> Vec<String> {
-    let asked = |index: u64| {
-        let city = (index < 8).then(|| hidden::of_city(index).unwrap_or_else(|error| vec![error]));
-        let horizons = (10 * index..10 * index + 10).flat_map(hidden::of_horizon).collect();
-        [hidden::of_beam(index), hidden::of_rays(index), horizons].into_iter().chain(city).flatten().collect::<Vec<_>>()
-    };
-    (0..120u64).into_par_iter().flat_map_iter(asked).collect()
-}
-
-/// Form factors of pairs of faces, many of them, against rays.
-fn brackets(_: &Setting<'_>) -> Vec<String> {
-    use scenes::family::Family as Scenes;
-    let families = [Scenes::Clutter, Scenes::Slit, Scenes::Touching, Scenes::Open, Scenes::Grating, Scenes::Downlight];
-    let brackets = scenes::brackets::Brackets::measure(&families, 300, 13, |_, _| ());
-    brackets.outside.iter().map(|outside| format!("{}: {}", outside.name, outside.said)).collect()
-}
-
-/// What solutions are made of, each piece by itself.
-fn pieces(_: &Setting<'_>) -> Vec<String> {
-    use scenes::pieces::{textures, transfers, unseen, views};
-    [transfers(20), views(6), unseen(40), textures(20)].concat()
-}
-
-/// Certificates of scenes with a known solution, and what these refuse.
-fn limits(_: &Setting<'_>) -> Vec<String> {
-    use scenes::alike::{limits, refusals};
-    use scenes::family::Family as Scenes;
-    let known = [Scenes::Facing, Scenes::Sphere, Scenes::Manufactured];
-    let of = |&family: &Scenes| {
-        let name = scenes::family::Name { family, seed: 31, index: 1 };
-        let wrong = limits(&name.model()).unwrap_or_else(|error| vec![error]);
-        named(name, wrong)
-    };
-    let mut findings: Vec<String> = known.par_iter().flat_map_iter(of).collect();
-    findings.extend(refusals(&Scenes::Facing.model(31, 1)).unwrap_or_else(|error| vec![error]));
-    findings
-}
-
-/// Solutions and certificates with light in another unit and channels in another order.
-fn alike(_: &Setting<'_>) -> Vec<String> {
-    use scenes::family::Family as Scenes;
-    let families = [Scenes::Facing, Scenes::Downlight, Scenes::Slit, Scenes::Open, Scenes::Touching, Scenes::Groove];
-    let of = |(index, &family): (usize, &Scenes)| {
-        let name = scenes::family::Name { family, seed: 31, index: 1 };
-        let mut model = name.model();
-        model.colour(&mut Sampler::new(31, "alike", 0));
-        model.ways.marking = if index == 0 { Marking::Residual } else { Marking::Gradient };
-        let wrong = scenes::alike::in_other_channels(&model).unwrap_or_else(|error| vec![error]);
-        named(name, wrong)
-    };
-    families.par_iter().enumerate().flat_map_iter(of).collect()
-}
-
-/// Rays for the truth of a scene.
-const RAYS: usize = 20_000;
-
-/// A few scenes, every bound of `solve`, `factors` and `field`.
-fn whole_scenes(_: &Setting<'_>) -> Vec<String> {
-    use scenes::family::Family as Scenes;
-    let effort = Effort { rays: RAYS, rays_a_point: RAYS, ..scenes::truth::EFFORT };
-    let families = [
-        Scenes::Facing,
-        Scenes::Furnace,
-        Scenes::Downlight,
-        Scenes::Slit,
-        Scenes::Touching,
-        Scenes::Open,
-        Scenes::Groove,
-        Scenes::Plates,
-        Scenes::Overlap,
-        Scenes::Rounded,
-        Scenes::Nested,
-    ];
-    let table = scenes::table::Table::measure(&families, families.len() as u64, 11, &effort, |_, _| ());
-    let of = |violation: &scenes::table::Violation| {
-        let first = violation.faults.first().map_or("", String::as_str);
-        format!("{}: {}: {first}", violation.name, violation.subject.name())
-    };
-    let mut findings: Vec<String> = table.violations.iter().map(of).collect();
-    // No gate forbids an estimate that is off now and then; of these scenes none is.
-    let off = table.statements.iter().filter(|(_, judged)| judged.verdict == scenes::judge::Verdict::Off);
-    findings.extend(off.map(|(name, judged)| {
-        let statement = &judged.statement;
-        format!("{name}: {}: {:e}, estimated to {:e}, is off", statement.of.name(), statement.value, statement.stated.size())
-    }));
-    if table.judged() == 0 {
-        findings.push("no bound of a scene was judged".to_owned());
-    }
     findings
 }
 

@@ -1,4 +1,4 @@
-//! What the oracle says beside its enclosures, against closed forms: cubature of functions, known rectangles, counts of rays, intervals
+//! Estimates of the oracle, beside its enclosures, against closed forms: cubature of functions, known rectangles, counts of rays, intervals
 //! and samples of an edge seen end-on.
 
 use glam::DVec3;
@@ -150,7 +150,7 @@ fn edges_end_on() -> Told {
     Ok(findings)
 }
 
-/// What is wrong with any of these.
+/// All findings of these checks.
 #[must_use]
 pub fn all_wrong() -> Vec<String> {
     let asked = [functions, rectangles, intervals, counts, edges_end_on];

@@ -98,7 +98,7 @@ impl Pair {
     }
 }
 
-/// What points of one polygon see of the other, by a Gauss rule on triangles: sharp where the two are far enough apart for their size.
+/// The exchange of two polygons by form factors at points of one, by a Gauss rule on triangles: sharp where the two are far enough apart for their size.
 fn by_points(from: &Polygon, to: &Polygon) -> Option<f64> {
     let emitter = Emitter::new(to.clone(), Emission::Constant(1.0)).ok()?;
     let corners = from.vertices();
@@ -206,7 +206,7 @@ pub fn of_tetrahedron(index: u64) -> Vec<String> {
     findings
 }
 
-/// What is said of some pairs of edges with known digits: figures to be remembered.
+/// Values and bounds of some pairs of edges with known digits, for the record.
 pub(crate) fn recorded_edges(index: u64) -> Vec<(f64, f64)> {
     let of_line = |line: &str| {
         let numbers: Vec<f64> = line.split(' ').filter_map(|number| number.parse().ok()).collect();
@@ -217,7 +217,7 @@ pub(crate) fn recorded_edges(index: u64) -> Vec<(f64, f64)> {
     edges().skip(usize::try_from(index).unwrap_or(usize::MAX)).step_by(16).flat_map(of_line).collect()
 }
 
-/// What is said of a drawn pair, with every truncation, by edges and by points: figures to be remembered.
+/// Values and bounds of a drawn pair, with every truncation, by edges and by points, for the record.
 ///
 /// # Errors
 /// If there is no such pair.

@@ -45,10 +45,10 @@ fn shifted(point: DVec3, by: usize) -> DVec3 {
 /// Units in which the same is asked.
 const POWERS: [f64; 3] = [1.0, 1.0 / (1u64 << 40) as f64, (1u64 << 30) as f64];
 
-/// What planes of surfaces leave out, as they are level up to rounding.
+/// The light that planes of surfaces leave out, as they are level up to rounding.
 const PLANES: f64 = 1e-12;
 
-/// What a receiver sees of a lamp past all polygons and past some of them, each with its bound; nothing where there is no beam.
+/// The light of a lamp on a receiver past all polygons and past some of them, each with its bound; nothing where there is no beam.
 fn past(receiver: &Receiver, lamp: &Polygon, all: &[Polygon], some: Option<&[usize]>) -> Option<[[f64; 2]; 2]> {
     let emitter = Emitter::new(lamp.clone(), Emission::Constant(1.0)).ok()?;
     let seen = |polygons: &mut dyn Iterator<Item = &Polygon>| {
@@ -89,7 +89,7 @@ pub fn of_beam(index: u64) -> Vec<String> {
                 if let Some([past_all, past_some]) = past(&receiver, &lamp, &all, chosen.as_deref())
                     && (past_all[0] - past_some[0]).abs() > past_all[1] + past_some[1] + slack
                 {
-                    findings.push(format!("beam {index}: {past_some:?} past what is found, {past_all:?} past all"));
+                    findings.push(format!("beam {index}: {past_some:?} past those in the beam, {past_all:?} past all"));
                 }
             }
         }

@@ -118,7 +118,7 @@ pub fn wrong(index: u64) -> Option<Vec<String>> {
 /// A case in which the receiver is within the hull of an occluder's vertices.
 const SURROUNDED: u64 = 767;
 
-/// What the first cases contradict themselves in.
+/// Contradictions in the first cases.
 #[must_use]
 pub fn all_wrong(count: u64) -> Vec<String> {
     let indices: Vec<u64> = (0..count).chain([SURROUNDED]).collect();

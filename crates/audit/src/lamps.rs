@@ -96,7 +96,7 @@ pub fn wrong(index: u64) -> Result<Vec<String>, Error> {
     Ok(findings)
 }
 
-/// What the first cases contradict themselves in.
+/// Contradictions in the first cases.
 #[must_use]
 pub fn all_wrong(count: u64) -> Vec<String> {
     let ask = |index: u64| {

@@ -12,7 +12,7 @@
 //! [`search`] climbs towards the largest error over bound, and [`witness`] keeps its cases; [`record`] keeps the statements with
 //! any other bound. [`bite`] is all that in seconds, on shipped code as it is or with a fault planted in it.
 //!
-//! What needs no truth of its own: [`symmetry`] has the same case in other units, turned and mirrored, [`hulls`] polygons that are not flat
+//! Some checks need no truth of their own: [`symmetry`] has the same case in other units, turned and mirrored, [`hulls`] polygons that are not flat
 //! against their triangles, [`lamps`] a few lamps together against each alone, [`refusals`] what is just within a rule and just beyond;
 //! [`operations`] has single operations against the same with more digits, [`estimates`] what the oracle says beside its enclosures.
 //!

@@ -6,6 +6,8 @@
 //! a new record (`cargo run -p radgrad-audit --example bite -- record FILE`): a bound that grew is no longer the derived one
 //! either.
 
+mod part;
+
 use std::fmt;
 use std::path::Path;
 use std::str::FromStr;
@@ -19,14 +21,15 @@ use radgrad_oracle::{Arithmetic, Error as OracleError, Request, Source, SourceFu
 use radgrad_scene::case::{Case, Problem};
 use serde::{Deserialize, Serialize};
 
+pub use self::part::Part;
 use crate::bounds::digits;
 use crate::measure::worse;
 use crate::sampler::Sampler;
+use crate::scenes;
 use crate::scenes::statement::Subject;
 use crate::seen::reduced;
 use crate::truth::Truth;
 use crate::witness::{self, Error, Query, Wrong};
-use crate::{exchanges, hidden, scenes, screens};
 
 /// A bound may be another one than it was by this share of it: other processors add in another order.
 pub const ROUNDINGS: f64 = 1e-6;
@@ -66,38 +69,6 @@ pub enum RecordedSubject {
     Whole(scenes::family::Name),
     /// A drawn case of a part of factors.
     Part(Part, u64),
-}
-
-/// A part of what factors are made of.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Part {
-    /// The sum over two edges.
-    Edges,
-    /// The exchange of two polygons with nothing in between.
-    Exchange,
-    /// Brackets past screens.
-    Screens,
-    /// Shares beside an edge.
-    Share,
-    /// How far decisions reach that rounding is allowed for.
-    Reach,
-    /// The work of searches.
-    Work,
-}
-
-impl Part {
-    const ALL: [(&str, Self); 6] = [
-        ("edges", Self::Edges),
-        ("exchange", Self::Exchange),
-        ("screens", Self::Screens),
-        ("share", Self::Share),
-        ("reach", Self::Reach),
-        ("work", Self::Work),
-    ];
-
-    fn name(self) -> &'static str {
-        Self::ALL.into_iter().find(|(_, part)| *part == self).map_or("other", |(name, _)| name)
-    }
 }
 
 /// A value, of one component or more, with the bound on the norm of its error. Without a value a figure of its own: evaluations that
@@ -257,7 +228,7 @@ impl RecordedSubject {
         match (self, case) {
             (Self::Tree(index), None) => of_tree(index),
             (Self::Scene(subject, name), None) => of_scene(subject, name),
-            (Self::Part(part, index), None) => of_part(part, index),
+            (Self::Part(part, index), None) => part.asked(index),
             (Self::Walks(rays, name), None) => of_walks(rays, name),
             (Self::Whole(name), None) => Ok(Recorded::of_pairs(&scenes::alike::recorded(name)?)),
             (Self::Tree(_) | Self::Scene(..) | Self::Walks(..) | Self::Whole(_) | Self::Part(..), Some(_)) => {
@@ -453,18 +424,6 @@ fn of_tree(index: u64) -> Result<Recorded, String> {
 
 fn of_scene(subject: Subject, name: scenes::family::Name) -> Result<Recorded, String> {
     Ok(Recorded::of_pairs(&scenes::statement::recorded(&name.model(), subject)?))
-}
-
-fn of_part(part: Part, index: u64) -> Result<Recorded, String> {
-    let reached = |reaches: Vec<f64>| reaches.into_iter().map(|reach| Statement::new(&[], reach)).collect();
-    Ok(match part {
-        Part::Edges => Recorded::of_pairs(&exchanges::recorded_edges(index)),
-        Part::Exchange => Recorded::of_pairs(&exchanges::recorded(index)?),
-        Part::Screens => Recorded::of_pairs(&screens::recorded(index)?),
-        Part::Share => Recorded::of_pairs(&screens::recorded_shares(index)?),
-        Part::Reach => Recorded { statements: reached(hidden::recorded(index)?), wrong: Vec::new() },
-        Part::Work => Recorded { statements: reached(hidden::recorded_work(index)?), wrong: Vec::new() },
-    })
 }
 
 /// All records of the files `*.jsonl` in a folder, by file name.

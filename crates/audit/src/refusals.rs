@@ -1,4 +1,4 @@
-//! What is accepted and what is refused: polygons that rounding has bent or crossed, emission at vertices that is no affine function,
+//! Rules of refusal, just within and just beyond: polygons that rounding has bent or crossed, emission at vertices that is no affine function,
 //! and numbers out of range.
 //!
 //! Each rule is put to what is just within it and to what is beyond, by a computation of its own.

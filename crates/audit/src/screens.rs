@@ -1,6 +1,6 @@
 //! Form factors past drawn screens: brackets of every effort, and values, held against what points of a face see in closed form.
 //!
-//! What a screen and the rest of its plane let through is together what there is without either, whatever screen it is: so values are held against each other.
+//! The light past a screen and the light past the rest of its plane add up to the free light, whatever the screen: so values are held against each other.
 
 use glam::DVec3;
 use radgrad_core::{Emission, Emitter, Polygon, Receiver, Tolerance, evaluate_value};
@@ -138,7 +138,7 @@ fn factors(scene: &Scene, order: [usize; 2]) -> Result<Vec<Factor>, String> {
 /// The unit in which faces are small beside the scene.
 const SMALL: f64 = 1.0 / 4096.0;
 
-/// What may be off of a value that is only estimated, over its estimate.
+/// The largest error of an estimated value, over its estimate.
 const OF_ESTIMATE: f64 = 20.0;
 
 /// Violations by the factor between two faces past drawn screens.

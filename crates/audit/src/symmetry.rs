@@ -49,7 +49,7 @@ struct Said {
     power: i32,
 }
 
-/// What bounds may be apart, relative, that are the same sums in another order.
+/// The largest relative distance of two bounds that are the same sums in another order.
 const ORDER: f64 = 1e-9;
 
 /// The same in single precision.
@@ -59,7 +59,7 @@ const SINGLE_ORDER: f64 = 1e-5;
 const ROUGH: f64 = 0.5;
 
 impl Change {
-    /// What bounds may be apart after it, relative; none of which it is not known. Where the bound is found along with the rounding
+    /// The largest relative distance of bounds before and after it; none if it is not known. Where the bound is found along with the rounding
     /// errors (past occluders and horizons, of second derivatives) another order is another bound.
     fn room(self, said: &Said, is_whole: bool) -> Option<f64> {
         match (self, said.by) {
@@ -230,7 +230,7 @@ const FAMILIES: [Family; 36] = [
 /// Cases of each.
 const CASES: u64 = 2;
 
-/// What a few cases of each family contradict themselves in after a change.
+/// Contradictions in a few cases of each family after a change.
 #[must_use]
 pub fn all_wrong() -> Vec<String> {
     let names = FAMILIES.into_iter().flat_map(|family| (0..CASES).map(move |index| Name { family, seed: 17, index }));
@@ -243,7 +243,7 @@ pub fn all_wrong() -> Vec<String> {
         .collect()
 }
 
-/// What a case and the same after each change contradict each other in, and how many statements are compared.
+/// Contradictions between a case and the same after each change, and how many statements are compared.
 #[must_use]
 pub fn wrong(case: &Case) -> (usize, Vec<String>) {
     let Ok(problem) = case.problem() else { return (0, Vec::new()) };

@@ -1,4 +1,4 @@
-//! The pieces that a solution is made of, each asked by itself, for those who hold it to a truth of its own. No part of the interface.
+//! The pieces of a solution, each asked by itself, for those who hold it to a truth of its own. No part of the interface.
 
 use radgrad_core::Receiver;
 use radgrad_scene::Scene;
@@ -16,7 +16,7 @@ use crate::mesh::clusters::Cluster;
 use crate::mesh::texture::{Pattern, patterns};
 use crate::mesh::{Mesh, Sight};
 
-/// What a point receives of an element.
+/// The light of an element on a point.
 #[derive(Debug, Clone)]
 pub struct Transfer {
     /// The element.
@@ -35,7 +35,7 @@ pub struct Transfer {
     pub beyond: Option<[f64; 2]>,
 }
 
-/// What a point in space receives of each of the coarsest elements, with this error; by rays to so many cells a side where many faces are between.
+/// The light of each of the coarsest elements on a point in space, with this error; by rays to so many cells a side where many faces are between.
 ///
 /// # Errors
 /// If the light cannot be represented.

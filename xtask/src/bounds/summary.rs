@@ -9,7 +9,7 @@ use radgrad_audit::run::Run;
 
 use crate::summary::{Ranked, fitted, right_aligned, with_header};
 
-/// What was checked against what, then tightness, and with all rows also which rung answered.
+/// The cases that were checked against each truth, then tightness, and with all rows also the rungs that answered.
 pub(crate) fn print(table: &Table, run: &Run, all_rows: bool) -> String {
     let rungs = if all_rows { format!("\n{}", fitted(rungs(table))) } else { String::new() };
     format!("{}\n{}{rungs}", checked(table, run), tightness(table).printed(all_rows))

@@ -33,7 +33,7 @@ const ROUNDS: usize = 2;
 /// A kind of numbers that are proportional to the light of a channel, each with its values in all channels.
 type Kind = (&'static str, Vec<Vec<f64>>);
 
-/// What is wrong with the solution, and with the certificates, of a scene of which light has another unit and the channels another order.
+/// Contradictions between the solutions, and the certificates, of a scene and of the same with light in another unit and channels in another order.
 ///
 /// # Errors
 /// If there is no answer: why.
@@ -212,7 +212,7 @@ fn certified(model: &Model) -> Result<(Vec<Kind>, Vec<String>), String> {
 const DELTA: f64 = 0.5;
 const RUNS: u64 = 10;
 
-/// What is wrong with certificates of a scene with a known solution: how often the limits of few rays miss it.
+/// Findings on certificates of a scene with a known solution: how often the limits of few rays miss it.
 ///
 /// # Errors
 /// If there is no answer: why.
@@ -243,7 +243,7 @@ pub fn limits(model: &Model) -> Result<Vec<String>, String> {
     Ok(if missed.iter().flatten().any(is_often) { vec![what] } else { Vec::new() })
 }
 
-/// What is wrong with the refusal of points that are off their face, or face another way: of such that are not, an answer is due.
+/// Findings on the refusal of points that are off their face, or face another way: of such that are not, an answer is due.
 ///
 /// # Errors
 /// If the scene is refused.

@@ -118,7 +118,7 @@ fn looked(index: u64) -> Result<Looked, String> {
     Ok(Looked { scene: scene_of(faces)?, receiver, degree: if count == MANY { 0 } else { s.below(4) as usize } })
 }
 
-/// What transfers of a case are off by: figures over their bounds, and what breaks one.
+/// Errors of the transfers of a case over their bounds, and the broken ones.
 #[derive(Debug, Clone, Copy, Default)]
 struct Figures {
     /// Squares of errors by rays over their estimates, and how many.
@@ -128,7 +128,7 @@ struct Figures {
 /// The accuracy of the evaluations that transfers are held against.
 const FINE: f64 = 1e-13;
 
-/// What is wrong with what points receive of elements, in so many cases.
+/// Findings on transfers from elements to points, in so many cases.
 #[must_use]
 pub fn transfers(cases: u64) -> Vec<String> {
     let (mut findings, mut sum) = (Vec::new(), Figures::default());
@@ -202,7 +202,7 @@ fn is_hidden(from: DVec3, to: DVec3, screen: &Polygon) -> bool {
     (0..v.len()).all(|k| screen.normal().dot((v[(k + 1) % v.len()] - v[k]).cross(at - v[k])) > 0.0)
 }
 
-/// What is wrong with bounds on the kernel.
+/// Findings on bounds on the kernel.
 fn kernel(mesh: &Mesh, receiver: &Receiver, transfer: &Transfer, error: f64, s: &mut Sampler) -> Vec<String> {
     let (element, basis) = (&mesh.elements()[transfer.source], mesh.basis(transfer.source));
     let (shape, [least, peak]) = (element.shape(), transfer.kernel);

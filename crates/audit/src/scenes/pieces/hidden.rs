@@ -33,7 +33,7 @@ fn body(s: &mut Sampler) -> Vec<Vec<DVec3>> {
 /// Rays from a point for its views.
 const RAYS: usize = 64;
 
-/// What is wrong with views of clusters from points in so many bodies.
+/// Findings on views of clusters from points in so many bodies.
 #[must_use]
 pub fn views(cases: u64) -> Vec<String> {
     let mut findings = Vec::new();
@@ -109,7 +109,7 @@ fn views_of(index: u64, sum: &mut [f64; 2]) -> Wrong {
     Ok(findings)
 }
 
-/// What is wrong with bounds on light that no node of an element sees, in so many rooms.
+/// Findings on bounds on light that no node of an element sees, in so many rooms.
 #[must_use]
 pub fn unseen(cases: u64) -> Vec<String> {
     let mut findings = Vec::new();

@@ -10,7 +10,7 @@ use radgrad_solver::{Mesh, parts};
 use super::{Wrong, exceeds, over};
 use crate::sampler::Sampler;
 
-/// What is wrong with textures on elements, in so many cases.
+/// Findings on textures on elements, in so many cases.
 #[must_use]
 pub fn textures(cases: u64) -> Vec<String> {
     let of = |index: u64| match textures_of(index) {
