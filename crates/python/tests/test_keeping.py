@@ -152,12 +152,15 @@ def files(solved, factors, report, tmp_path_factory):
 def test_a_damaged_file_is_refused_and_named(files, tmp_path, kind):
     file, whole = tmp_path / "damaged.npz", files[kind]
     random = np.random.default_rng(1)
-    for trial in range(60):
+    header = whole.index(b"NUMPY")
+    for trial in range(120):
         wrong = bytearray(whole)
-        if trial % 3 == 0:
+        if trial % 4 == 0:
             wrong = wrong[: random.integers(len(wrong))]
-        else:
+        elif trial % 4 == 1:
             wrong[random.integers(len(wrong))] ^= int(random.integers(1, 256))
+        else:
+            wrong[header + random.integers(128)] ^= int(random.integers(1, 256))
         file.write_bytes(wrong)
         try:
             read = getattr(rg, kind).load(file)
