@@ -106,18 +106,14 @@ pub(crate) fn detached<T: Send>(
             Ok(receiver) => receiver.recv_timeout(PAUSE),
             Err(_) => Err(RecvTimeoutError::Disconnected),
         };
-        let mut told = false;
         loop {
             match py.detach(wait) {
                 Ok(result) => {
-                    if told {
-                        stop.tell(py, start, true)?;
-                    }
+                    stop.tell(py, start, true)?;
                     return result.map_err(ended);
                 }
                 Err(RecvTimeoutError::Disconnected) => return Err(failed()),
                 Err(RecvTimeoutError::Timeout) => {
-                    told = true;
                     if let Err(signal) = py.check_signals().and_then(|()| stop.tell(py, start, false)) {
                         stop.set();
                         // The scope waits for the thread.
