@@ -58,6 +58,12 @@ pub enum Error {
         /// The value given.
         value: f64,
     },
+    /// Weights of a sum of radiosities do not fit the scene.
+    #[error("weights: {rule}")]
+    Weights {
+        /// What does not fit, and what does.
+        rule: String,
+    },
     /// The scene is refused.
     #[error(transparent)]
     Scene(#[from] radgrad_scene::Error),

@@ -10,6 +10,7 @@
 
 pub(crate) mod by_surface;
 mod check;
+pub(crate) mod derivative;
 pub(crate) mod detail;
 mod divide;
 mod dual;

@@ -97,6 +97,8 @@ pub(super) struct Sum {
     /// Sights of the sources of rows.
     sights: Vec<Sight>,
     pub(super) far: Far,
+    /// The light of lamps that are kept apart.
+    pub(super) lit: Option<Lit>,
 }
 
 impl Solution {
@@ -310,7 +312,7 @@ impl Solution {
         let (mut sums, mut errors) = (vec![0.0; channels], vec![Ledger::default(); channels]);
         // Of one sign as often as of the other: they add up by squares.
         let square = |x: f64| x * x;
-        if let Some(lit) = lit {
+        if let Some(lit) = &lit {
             for (sum, light) in sums.iter_mut().zip(&lit.irradiance) {
                 *sum += light;
             }
@@ -337,7 +339,7 @@ impl Solution {
             errors[channel].computation += square(far.likely(&self.radiosity.field, channel, 0));
             errors[channel] = errors[channel].map(f64::sqrt);
         }
-        Sum { sums, errors, rows, sights, far }
+        Sum { sums, errors, rows, sights, far, lit }
     }
 
     /// The irradiance of a point of a leaf with the part of its error whose sign is known.
@@ -356,7 +358,7 @@ impl Solution {
     fn estimated_sum(
         &self,
         station: &Station,
-        Sum { sums, errors, rows, sights, far }: &Sum,
+        Sum { sums, errors, rows, sights, far, .. }: &Sum,
         beside: Option<usize>,
     ) -> Irradiance {
         let channels = self.system.channels.len();

@@ -4,6 +4,7 @@ use radgrad_core::DVec3;
 use radgrad_scene::{Placement, Warning, largest};
 
 use crate::estimate::ledger::Ledger;
+use crate::field::Field;
 use crate::field::gathering::irradiance;
 use crate::mesh::Mesh;
 use crate::once::made;
@@ -126,10 +127,19 @@ impl Solution {
     /// Irradiance on a leaf as a polynomial, in a channel: its coefficients in the leaf's basis.
     #[must_use]
     pub fn irradiance_on(&self, leaf: usize, channel: usize) -> Vec<f64> {
+        let mut whole = self.gathered_polynomial(&self.radiosity.field, leaf, channel);
+        if !self.radiosity.direct.is_empty() {
+            whole.iter_mut().zip(self.direct_irradiance(leaf, channel)).for_each(|(h, direct)| *h += direct);
+        }
+        whole
+    }
+
+    /// What a leaf's receiver gathers of a light, as a polynomial on the leaf: its coefficients.
+    pub(super) fn gathered_polynomial(&self, light: &Field, leaf: usize, channel: usize) -> Vec<f64> {
         let receiver = self.receiver_of(leaf);
         let above = self.system.mesh.basis(receiver);
         let (links, far) = (&self.system.links[receiver], &self.system.far[receiver]);
-        let at_nodes = irradiance(&self.system.mesh, &self.radiosity.field, links, far, channel, above.nodes().len());
+        let at_nodes = irradiance(&self.system.mesh, light, links, far, channel, above.nodes().len());
         let mut path: Vec<usize> = Vec::new();
         let mut ancestor = leaf;
         while ancestor != receiver
@@ -139,11 +149,7 @@ impl Solution {
             ancestor = parent;
         }
         let restricted = |held: Vec<f64>, element: usize| above.restrict(self.system.mesh.child(element), &held);
-        let mut whole = path.into_iter().rev().fold(above.project(&at_nodes), restricted);
-        if !self.radiosity.direct.is_empty() {
-            whole.iter_mut().zip(self.direct_irradiance(leaf, channel)).for_each(|(h, direct)| *h += direct);
-        }
-        whole
+        path.into_iter().rev().fold(above.project(&at_nodes), restricted)
     }
 
     /// `E + rho H` at a point of a leaf with the irradiance as a polynomial, in a channel, where [`Self::value_on`] has the
