@@ -12,7 +12,9 @@ use pyo3::types::{PyBytes, PyTuple};
 use radgrad_certificate::{Certificate, Interval, Place, Request as Certifying, certify, certify_points};
 use radgrad_core::DVec3;
 use radgrad_scene::Scene;
-use radgrad_solver::{Irradiance, Ledger, MAX_DEGREE, Marking, Options, Progress, Solution, SurfaceGradient, solve};
+use radgrad_solver::{
+    Irradiance, Ledger, MAX_DEGREE, Marking, Options, Progress, Solution, SurfaceGradient, WeightedPoint, WeightedSum, solve,
+};
 use rayon::prelude::*;
 
 use crate::arrays::{Shape, vectors};
@@ -212,6 +214,28 @@ impl SolutionCore {
             [0, 1].map(|k| PyArray1::from_iter(py, found.iter().flat_map(|of| of.irradiance[k].iter().copied())));
         let face = PyArray1::from_iter(py, found.iter().map(|of| of.face));
         (radiosity, estimate, irradiance, irradiance_estimate, face).into_pyobject(py)
+    }
+
+    /// Derivatives of a weighted sum, of surfaces or of points: its value and the relative estimate by channel, and the derivatives by
+    /// emission and by reflectance, face by face and channel by channel.
+    fn derivative<'py>(
+        &self,
+        py: Python<'py>,
+        weights: Vec<Vec<f64>>,
+        points: Option<(PyReadonlyArrayDyn<'py, f64>, PyReadonlyArrayDyn<'py, f64>)>,
+    ) -> PyResult<Bound<'py, PyTuple>> {
+        let sum = match points {
+            None => WeightedSum { surfaces: weights, points: Vec::new() },
+            Some((positions, normals)) => {
+                let pairs = vectors(&positions)?.into_iter().zip(vectors(&normals)?).zip(weights);
+                let point = |((position, normal), weights)| WeightedPoint { position, normal, weights };
+                WeightedSum { surfaces: Vec::new(), points: pairs.map(point).collect() }
+            }
+        };
+        let found = detached(py, false, |_| Ok(self.solution.derivative(&self.scene, &sum)?))?;
+        let by_face = |of: Vec<Vec<f64>>| PyArray1::from_iter(py, of.into_iter().flatten());
+        let [value, estimate] = [found.value, found.relative_estimate].map(|of| PyArray1::from_vec(py, of));
+        (value, estimate, by_face(found.emission), by_face(found.reflectance)).into_pyobject(py)
     }
 
     /// At points, row by row: gradients of the radiosity and estimates of their errors' lengths, and the same of the irradiance; in free

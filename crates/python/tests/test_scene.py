@@ -184,3 +184,26 @@ def test_a_solution_is_certified_by_the_scene_alone(room, tmp_path):
     for wrong in ({"width": 0.0}, {"delta": 1.0}, {"points": ([[5, 5, 0.0]], [0, 0, 0])}):
         with pytest.raises(ValueError):
             s.certify(**wrong)
+
+
+def test_derivatives_by_materials_are_differences():
+    v = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], dtype=float)
+    f = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+    names = ["floor", "ceiling", "south", "north", "west", "east"]
+    rho, lit = np.array([0.3, 0.7, 0.5, 0.5, 0.6, 0.4]), np.array([0.0, 1.0, 0.0, 0.0, 0.0, 0.0])
+    points = ([[0.3, 0.4, 0.0], [0.5, 0.5, 0.5]], [[0, 0, 1], [0, 0, 1]])
+
+    def of(rho, lit):
+        s = rg.Scene(v, f, reflectance=rho, emission=lit, names=names).solve(error=1e-4)
+        return s.derivative({"floor": 2.0, "west": 1.0}), s.derivative([1.0, 0.5], points=points)
+
+    base = of(rho, lit)
+    for face in (0, 4):
+        step = np.eye(6)[face]
+        up, down, brighter = of(rho + 0.05 * step, lit), of(rho - 0.05 * step, lit), of(rho, lit + step)
+        for d, a, b, c in zip(base, up, down, brighter):
+            assert d.reflectance.shape == d.emission_estimate.shape == (6, 1)
+            assert np.allclose(d.reflectance[face], (a.value - b.value) / 0.1, rtol=0.005, atol=0.002)
+            assert np.allclose(d.emission[face], c.value - d.value, rtol=0.005, atol=0.002)
+    with pytest.raises(ValueError, match="no surface is called 'wall'"):
+        rg.Scene(v, f, reflectance=rho, emission=lit, names=names).solve(error=0.5).derivative({"wall": 1.0})

@@ -38,7 +38,7 @@ from ._factors import Factors, ReaderWarning, Rows, ToleranceWarning
 from ._heat import Heat, heat
 from ._progress import Step, threads
 from ._scene import Scene
-from ._solution import Certificate, Gathered, Picture, Round, Slopes, Solution
+from ._solution import Certificate, Gathered, Picture, Round, Sensitivity, Slopes, Solution
 
 __all__ = [
     "METHODS",
@@ -60,6 +60,7 @@ __all__ = [
     "Round",
     "Rows",
     "Scene",
+    "Sensitivity",
     "Slopes",
     "Solution",
     "Step",

@@ -9,7 +9,7 @@ import tempfile
 import time
 import warnings
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Callable, NamedTuple, Optional, Sequence, Tuple
+from typing import TYPE_CHECKING, Any, Callable, NamedTuple, Optional, Sequence, Tuple, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -74,6 +74,34 @@ class Slopes(Shown):
 
     def _shape(self) -> "Tuple[int, ...]":
         return np.shape(self.radiosity)[:-2]
+
+
+@dataclass(frozen=True, eq=False)
+class Sensitivity(Shown):
+    """Derivatives of a weighted sum of radiosities by the emission and the reflectance of every face. Light of one channel makes none in
+    another."""
+
+    #: (faces, channels): by the emission of each face, in the unit in which `Scene` takes it.
+    emission: Floats
+    #: (faces, channels): by the reflectance of each face.
+    reflectance: Floats
+    #: (faces, channels): estimates of the errors of `emission`.
+    emission_estimate: Floats
+    #: (faces, channels): estimates of the errors of `reflectance`.
+    reflectance_estimate: Floats
+    #: (channels,): the sum itself.
+    value: Floats
+
+    def _shape(self) -> "Tuple[int, ...]":
+        return np.shape(self.emission)[:1]
+
+    def frame(self) -> Any:
+        """A pandas frame with a row for each face: its derivatives by channel."""
+        columns = {}
+        for name in ("emission", "reflectance"):
+            for channel in range(len(self.value)):
+                columns[name if len(self.value) == 1 else f"{name}_{channel}"] = getattr(self, name)[:, channel]
+        return pandas().DataFrame(columns)
 
 
 @dataclass(frozen=True, eq=False)
@@ -334,6 +362,67 @@ class Solution:
         slopes = [column.reshape((*shape, channels, 3)) for column in columns[::2]]
         estimates = [column.reshape((*shape, channels)) for column in columns[1::2]]
         return Slopes(slopes[0], estimates[0], slopes[1], estimates[1])
+
+    def derivative(
+        self, weights: "Union[ArrayLike, dict[str, ArrayLike]]", points: Optional[Tuple[ArrayLike, ArrayLike]] = None
+    ) -> Sensitivity:
+        """Derivatives of a weighted sum of radiosities by the emission and the reflectance of every face.
+
+        All together cost as much as one solution of the linear system, however many faces there are.
+
+        Parameters
+        ----------
+        weights : (surfaces,) or (surfaces, channels), or a dict of names of surfaces
+            Of the mean radiosity of each surface, in the order of `summary["surfaces"]`; a dict has those that are not 0. With `points`
+            (n,) or (n, channels), of each point.
+        points : positions and normals, each (n, 3), optional
+            On faces the radiosity is summed, elsewhere the irradiance, as by `gather`.
+
+        Returns
+        -------
+        Sensitivity
+            `emission` and `reflectance`, each (faces, channels), with estimates of their errors, and the `value` of the sum.
+
+        Raises
+        ------
+        ValueError
+            If weights do not fit the surfaces or points, or a point is near a face, and none there faces along the normal.
+
+        Examples
+        --------
+        >>> import radgrad as rg
+        >>> v = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]]
+        >>> f = [[0, 1, 2, 3], [7, 6, 5, 4]]
+        >>> s = rg.Scene(v, f, reflectance=0.5, emission=[0, 1], names=["floor", "ceiling"]).solve(error=0.01)
+        >>> d = s.derivative({"floor": 1.0})
+        >>> bool(abs(d.value[0] - d.emission[1, 0]) < 0.01)
+        True
+        """
+        channels = len(self._scene.channels)
+        if points is None:
+            names = [of["name"] for of in self.summary["surfaces"]]
+            count, what = len(names), "surface"
+            if isinstance(weights, dict):
+                unknown = [name for name in weights if name not in names]
+                if unknown:
+                    raise ValueError(f"weights: no surface is called {unknown[0]!r}: expected some of {', '.join(names[:12])}")
+                given = {name: np.broadcast_to(_numbers(of, "weights"), (channels,)) for name, of in weights.items()}
+                weights = np.array([given.get(name, np.zeros(channels)) for name in names])
+            places = None
+        else:
+            (count, *more), *rows = _pairs(*points)
+            if more:
+                raise ValueError(f"points has shape {(count, *more, 3)}: expected (n, 3)")
+            what, places = "point", (rows[0], rows[1])
+        table = _numbers(weights, "weights")
+        if table.shape == (count,):
+            table = np.repeat(table[:, np.newaxis], channels, axis=1)
+        if table.shape != (count, channels):
+            raise ValueError(f"weights has shape {table.shape}: expected ({count},) or ({count}, {channels}), one for each {what}")
+        with watching(None, "derivative"):
+            value, estimate, *columns = self._core.derivative(table.tolist(), places)
+        emission, reflectance = (column.reshape((-1, channels)) for column in columns)
+        return Sensitivity(emission, reflectance, abs(emission) * estimate, abs(reflectance) * estimate, value)
 
     def to_vtu(self, file: PathLike) -> None:
         """Write the solution for ParaView: radiosity and gradient with estimates of their errors at vertices, where these come from on cells."""

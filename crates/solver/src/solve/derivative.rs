@@ -27,6 +27,10 @@ use crate::solve::solution::{Solution, ratio};
 const MOST_SWEEPS: usize = 2000;
 const SOLVED: f64 = 1e-10;
 
+/// The estimate of a derivative over what the sum by the importance and the solution are off: single faces are off by more than all
+/// together. In the Cornell box derivatives by reflectance were off by 0.5 to 4.7 times the latter.
+const OF_ONE_FACE: f64 = 2.0;
+
 /// A sum of radiosities with weights.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct WeightedSum {
@@ -52,7 +56,7 @@ pub struct WeightedPoint {
 pub struct Derivative {
     /// The sum in each channel, of the polynomials and gathers as they are, without corrections.
     pub value: Vec<f64>,
-    /// For each face of the scene and channel, by the radiance that the face emits evenly.
+    /// For each face of the scene and channel, by the radiosity that the face emits evenly, pi times its radiance.
     pub emission: Vec<Vec<f64>>,
     /// For each face of the scene and channel, by an even change of its reflectance.
     pub reflectance: Vec<Vec<f64>>,
@@ -106,9 +110,9 @@ impl Solution {
         let again = self.add_reflected(&importance, &mut derivative);
         for (channel, again) in again.into_iter().enumerate() {
             let value = derivative.value[channel];
-            derivative.relative_estimate[channel] = ratio((again - value).abs(), value.abs()) + self.progress.estimate;
+            let of_all = ratio((again - value).abs(), value.abs()) + self.progress.estimate;
+            derivative.relative_estimate[channel] = OF_ONE_FACE * of_all;
         }
-        derivative.emission.iter_mut().flatten().for_each(|by| *by *= std::f64::consts::PI);
         Ok(derivative)
     }
 
@@ -168,6 +172,7 @@ impl Solution {
                 let [rho, emitted] = self.system.surfaces.reflectance_and_emission(face, foot);
                 Ok((self.sum_on(leaf, foot)?, Some(face), rho, emitted))
             }
+            Err(error) if self.is_on_a_face(point.position) => Err(error),
             Err(_) => {
                 let station = self.station_in_space(point.position, point.normal)?;
                 Ok((self.sum_in_space(&station)?, None, vec![1.0; channels], vec![0.0; channels]))
@@ -359,7 +364,7 @@ mod tests {
                     let value = derivative.value[0];
                     let differences = [
                         (derivative.reflectance[face][0], (steps[0][index].value[0] - steps[1][index].value[0]) / 0.1),
-                        (derivative.emission[face][0], (brighter[index].value[0] - value) / 5.0),
+                        (derivative.emission[face][0], (brighter[index].value[0] - value) / (5.0 * std::f64::consts::PI)),
                     ];
                     println!("{face} {index} {value:.4} {differences:.5?} {:.1e}", derivative.relative_estimate[0]);
                     for (by, difference) in differences {
