@@ -1,15 +1,14 @@
 //! Project tasks, run as `cargo xtask TASK`.
 
-mod beams;
 mod bench;
 mod bounds;
+mod city;
 mod figures;
 mod files;
 mod instructions;
 mod mutants;
 mod plot;
 mod prove;
-mod radiosity;
 mod replay;
 mod report;
 mod scenes;
@@ -35,19 +34,14 @@ enum Task {
     Report(report::Arguments),
     Figures(figures::Arguments),
     Bench(bench::Arguments),
-    Beams(beams::Arguments),
     Instructions(instructions::Arguments),
-    Radiosity(radiosity::Arguments),
+    City(city::Arguments),
 }
 
 impl Task {
     /// Whether its output depends on the speed of this program.
     const fn takes_times(&self) -> bool {
-        match self {
-            Self::Bench(_) => true,
-            Self::Radiosity(arguments) => arguments.measures(),
-            _ => false,
-        }
+        matches!(self, Self::Bench(_))
     }
 }
 
@@ -62,9 +56,8 @@ fn main() -> ExitCode {
         Task::Replay(arguments) => replay::run(&arguments),
         Task::Bench(arguments) => bench::run(&arguments),
         Task::Instructions(arguments) => instructions::run(&arguments),
-        Task::Radiosity(arguments) => radiosity::run(&arguments).map(|()| true),
+        Task::City(arguments) => city::run(&arguments).map(|()| true),
         Task::Report(arguments) => report::run(&arguments).map(|()| true),
-        Task::Beams(arguments) => beams::run(&arguments).map(|()| true),
         Task::Figures(arguments) => figures::run(&arguments).map(|()| true).map_err(Into::into),
     };
     match passed {

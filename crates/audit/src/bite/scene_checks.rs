@@ -74,7 +74,7 @@ pub(super) fn alike(_: &Setting<'_>) -> Vec<String> {
         let name = scenes::family::Name { family, seed: 31, index: 1 };
         let mut model = name.model();
         model.colour(&mut Sampler::new(31, "alike", 0));
-        model.ways.marking = if index == 0 { Marking::Residual } else { Marking::Gradient };
+        model.ways.marking = if index.is_multiple_of(2) { Marking::Residual } else { Marking::Gradient };
         let wrong = scenes::alike::in_other_channels(&model).unwrap_or_else(|error| vec![error]);
         named(name, wrong)
     };

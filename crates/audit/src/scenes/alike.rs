@@ -21,10 +21,8 @@ use crate::measure::is_worse;
 const CHANNELS: [usize; 3] = [2, 0, 1];
 const UNIT: f64 = 1.0 / (1u64 << 40) as f64;
 
-/// What numbers may differ by, over the largest of their kind or the mean of light: where no mean is corrected by what is found of its error, what
-/// sums in another order do.
+/// Allowed difference of two numbers, over the largest of their kind or the mean of light: sums in another order round otherwise.
 const ROUNDING: f64 = 1e-9;
-const ROUGHLY: f64 = 0.1;
 
 /// Elements, and rounds.
 const ELEMENTS: usize = 30;
@@ -47,14 +45,13 @@ pub fn in_other_channels(model: &Model) -> Result<Vec<String>, String> {
     for told in [solved, certified] {
         let (before, wrong) = told(model)?;
         let light: Vec<f64> = before[0].1.iter().map(|mean| mean[0].abs()).collect();
-        let room = if model.ways.marking == Marking::Residual { ROUGHLY } else { ROUNDING };
         findings.extend(wrong);
         for ((kind, before), (_, after)) in before.iter().zip(&told(&changed)?.0) {
             for (channel, &from) in CHANNELS.iter().enumerate() {
                 let from = from % before.len();
                 let pairs = before[from].iter().zip(&after[channel]).map(|(b, a)| (b * UNIT, *a)).collect();
                 let least = ROUNDING * UNIT * light[from];
-                let what = apart(pairs, room, least);
+                let what = apart(pairs, ROUNDING, least);
                 findings.extend(what.map(|what| format!("{kind}, channel {from} with light times {UNIT:e}: {what}")));
             }
         }

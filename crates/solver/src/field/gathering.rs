@@ -45,7 +45,7 @@ const TOGETHER: usize = 16;
 
 impl Equation<'_> {
     /// One sweep over all receivers, whose own part of `field` is `own`. Returns the largest change of a coefficient, relative
-    /// to `scale` in each channel.
+    /// to `scale` in each channel: infinite where that is 0 and anything changes.
     pub(crate) fn sweep(&self, field: &mut Field, own: &mut [Vec<f64>], scale: &[f64]) -> f64 {
         let mut greatest: f64 = 0.0;
         field.pool(self.mesh);
@@ -56,7 +56,7 @@ impl Equation<'_> {
                 let len = self.mesh.basis(receiver).len();
                 own[receiver].iter_mut().zip(change).for_each(|(own, change)| *own += change);
                 for (channel, (change, scale)) in change.chunks_exact(len).zip(scale).enumerate() {
-                    greatest = change.iter().fold(greatest, |most, c| largest(most, c.abs() / scale));
+                    greatest = change.iter().fold(greatest, |most, c| largest(most, ratio(c.abs(), *scale)));
                     if change.iter().any(|c| *c != 0.0) {
                         field.add(self.mesh, receiver, channel, change);
                     }
@@ -90,5 +90,14 @@ impl Equation<'_> {
 pub(crate) fn multiply(matrix: &[f64], vector: &[f64], sum: &mut [f64]) {
     for (sum, row) in sum.iter_mut().zip(matrix.chunks_exact(vector.len())) {
         *sum += row.iter().zip(vector).map(|(m, v)| m * v).sum::<f64>();
+    }
+}
+
+/// A part over the whole: 0 of nothing, whatever the whole, and infinity of a whole that is not positive, as where rounding hides it.
+pub(crate) fn ratio(part: f64, whole: f64) -> f64 {
+    match part == 0.0 {
+        true => 0.0,
+        false if whole > 0.0 || whole.is_nan() => part / whole,
+        false => part * f64::INFINITY,
     }
 }

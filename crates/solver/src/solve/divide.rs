@@ -1,9 +1,10 @@
 //! Which elements a round divides: those that together make up a given part of the residual (W. Dörfler 1996).
 
 use crate::error::Error;
+use crate::field::gathering::ratio;
 use crate::solve::options::{Marking, Options};
 use crate::solve::samples::Samples;
-use crate::solve::solution::{Solution, for_each, ratio};
+use crate::solve::solution::{Solution, for_each};
 use radgrad_scene::{largest, smallest};
 
 /// The part of the estimate whose receivers are divided in a round.

@@ -35,7 +35,7 @@ use crate::error::Error;
 use crate::estimate::ledger::Ledger;
 use crate::field::Field;
 use crate::field::acceleration::Acceleration;
-use crate::field::gathering::{Equation, irradiance};
+use crate::field::gathering::{Equation, irradiance, ratio};
 use crate::links::cluster::far::Far;
 use crate::links::direct::FEW as MOST_LAMPS;
 use crate::links::gatherer::Gatherer;
@@ -45,7 +45,7 @@ use crate::links::transfer::Row;
 use crate::mesh::basis::{Basis, Excess, dot};
 use crate::once::made;
 use crate::solve::layers::Layers;
-use crate::solve::solution::{MeanError, Solution, for_each, ratio};
+use crate::solve::solution::{MeanError, Solution, for_each};
 
 /// Sweeps after which the importance is not known, and changes below which it is, relative to its mean: the remainder is of
 /// second order where `phi_h` is `b_h` over the reflectance, and of first with textures.

@@ -17,6 +17,7 @@ use radgrad_core::{DVec3, evaluate_to, gradient};
 
 use crate::clock::Clock;
 use crate::error::Error;
+use crate::field::gathering::ratio;
 use crate::links::cluster::far::Far;
 use crate::links::gatherer::Gatherer;
 use crate::links::link::Link;
@@ -31,7 +32,7 @@ use crate::mesh::rule::{self, Node};
 use crate::mesh::shape::Shape;
 use crate::solve::detail::Detail;
 use crate::solve::near::{NEAR, Sampled};
-use crate::solve::solution::{Solution, ratio};
+use crate::solve::solution::Solution;
 use crate::solve::wedge::Lacking;
 use radgrad_scene::{largest, smallest};
 

@@ -2,9 +2,10 @@
 
 use crate::clock::Clock;
 use crate::error::Error;
+use crate::field::gathering::ratio;
 use crate::solve::divide::{bulk, part_to_divide};
 use crate::solve::options::{Marking, Options};
-use crate::solve::solution::{Solution, for_each, ratio};
+use crate::solve::solution::{Solution, for_each};
 use radgrad_scene::largest;
 
 /// The part of the error asked for that direct light may leave out in the mean.

@@ -29,7 +29,7 @@ use crate::error::Error;
 use crate::estimate::ledger::Ledger;
 use crate::field::Field;
 use crate::field::acceleration::Acceleration;
-use crate::field::gathering::Equation;
+use crate::field::gathering::{Equation, ratio};
 use crate::links::cluster::far::Far;
 use crate::links::link::Link;
 use crate::links::station::Station;
@@ -37,7 +37,7 @@ use crate::links::transfer::{Kernel, Optics, Row};
 use crate::mesh::Sight;
 use crate::mesh::basis::{Basis, dot};
 use crate::once::made;
-use crate::solve::solution::{MeanError, Solution, for_each, ratio};
+use crate::solve::solution::{MeanError, Solution, for_each};
 
 /// Sweeps after which the error is not known, and changes below which it is, relative to its largest source.
 const MOST_SWEEPS: usize = 2000;
@@ -180,7 +180,6 @@ impl Solution {
             own[receiver] = vec![0.0; emitted.len()];
             source[receiver] = emitted;
         }
-        scale.iter_mut().filter(|scale| **scale == 0.0).for_each(|scale| *scale = 1.0);
         let mut error = Field::dark(mesh, channels);
         let (surfaces, receivers) = (&self.system.surfaces, &self.system.receivers[..]);
         let equation = Equation { mesh, surfaces, receivers, links: &self.system.links, far: &self.system.far, source: &source };

@@ -14,12 +14,12 @@ use rayon::prelude::*;
 use crate::error::Error;
 use crate::field::Field;
 use crate::field::acceleration::Acceleration;
-use crate::field::gathering::Equation;
+use crate::field::gathering::{Equation, ratio};
 use crate::links::cluster::far::Far;
 use crate::links::transfer::Row;
 use crate::solve::gather::Sum;
 use crate::solve::served::Served;
-use crate::solve::solution::{Solution, ratio};
+use crate::solve::solution::Solution;
 
 /// Sweeps at most, and changes, relative to the mean, below which the importance is solved.
 const MOST_SWEEPS: usize = 200;

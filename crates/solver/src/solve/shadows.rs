@@ -12,13 +12,14 @@ use rayon::prelude::*;
 
 use crate::clock::Clock;
 use crate::error::Error;
+use crate::field::gathering::ratio;
 use crate::mesh::outline::Cut;
 use crate::mesh::partition::{Known, Sample, partition};
 use crate::mesh::shadow::{Scenery, lines};
 use crate::mesh::{Mesh, Sight};
 use crate::solve::options::{Marking, Options};
 use crate::solve::served::Served;
-use crate::solve::solution::{Solution, ratio};
+use crate::solve::solution::Solution;
 use crate::solve::{dark, divide_evenly};
 
 /// Elements of the rough solution, their degree and the light that links may neglect.

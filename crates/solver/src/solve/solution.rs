@@ -13,6 +13,7 @@ use crate::estimate::ledger::Ledger;
 use crate::estimate::point::Points;
 use crate::estimate::unseen::{Edges, Outlined};
 use crate::field::Field;
+use crate::field::gathering::ratio;
 use crate::links::direct::Direct;
 use crate::links::transfer::Optics;
 use crate::mesh::Mesh;
@@ -221,15 +222,6 @@ impl MeanError {
     /// An error of this size and of unknown sign.
     pub(super) const fn without_sign(estimate: Ledger) -> Self {
         Self { estimate, correction: 0.0, error: estimate.total() }
-    }
-}
-
-/// A part over the whole: 0 of nothing, whatever the whole, and infinity of a whole that is not positive, as where rounding hides it.
-pub(super) fn ratio(part: f64, whole: f64) -> f64 {
-    match part == 0.0 {
-        true => 0.0,
-        false if whole > 0.0 || whole.is_nan() => part / whole,
-        false => part * f64::INFINITY,
     }
 }
 

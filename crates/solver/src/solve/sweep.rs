@@ -55,8 +55,7 @@ impl Solution {
         for _ in 0..MOST_SWEEPS {
             // Where light may be even, as in a furnace, reflected light is known no better than all light: changes are held to
             // that.
-            let reference = if may_be_even(mesh, &self.system.lamps) { self.radiosity.mean.clone() } else { self.reference() };
-            let scale: Vec<f64> = reference.iter().map(|&mean| if mean > 0.0 { mean } else { 1.0 }).collect();
+            let scale = if may_be_even(mesh, &self.system.lamps) { self.radiosity.mean.clone() } else { self.reference() };
             self.progress.gathers += receivers.len();
             left = equation.sweep(&mut self.radiosity.field, &mut self.radiosity.own, &scale);
             let solved = left <= until || left.is_nan();

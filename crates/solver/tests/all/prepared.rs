@@ -1,7 +1,7 @@
 //! Where a scene lies and in which unit changes no answer; a scene that counts light twice or has no finite answer is refused.
 
 use radgrad_core::{DVec3, Polygon};
-use radgrad_scene::Scene;
+use radgrad_scene::{Degenerate, Quantity, Scene};
 use radgrad_solver::{Error, Options, Solution, solve};
 
 /// Two squares that face each other; the upper one glows. Exact values are those of the unit squares.
@@ -52,6 +52,39 @@ fn a_unit_that_is_another_power_of_two_changes_no_digit() {
         assert_eq!(gather(&solution, unit), gather(&reference, 1.0), "2^{exponent}");
         let error = solution.gather(DVec3::splat(0.5 * unit), DVec3::Z).unwrap_err();
         assert!(matches!(error, Error::NoFace { reach, .. } if reach == 1e-6 * unit), "{error}");
+    }
+}
+
+/// A scene with its channels in this order, and all its light times a number.
+fn in_channels(scene: &Scene, order: [usize; 3], unit: f64) -> Scene {
+    let mut changed = Scene::new(order.map(|channel| scene.channels()[channel].clone())).unwrap();
+    for material in scene.materials() {
+        let of = |quantity, unit: f64| order.map(|channel| unit * material.factors(quantity)[channel]);
+        let (reflectance, radiance) = (of(Quantity::Reflectance, 1.0), of(Quantity::Radiance, unit));
+        changed.add_material(material.name(), reflectance, radiance).unwrap();
+    }
+    for surface in scene.surfaces() {
+        changed.add_surface(surface.name());
+    }
+    for face in scene.faces() {
+        changed.add_face(face.surface(), face.material(), face.polygon().clone(), None).unwrap();
+    }
+    changed
+}
+
+#[test]
+fn a_unit_of_light_that_is_another_power_of_two_and_an_order_of_channels_change_no_digit() {
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/scenes/cornell.obj");
+    let scene = Scene::read(scene, Degenerate::Refuse).unwrap();
+    let options = Options { degree: Some(1), error: 0.2, ..Options::default() };
+    let solved = |order, unit| solve(&in_channels(&scene, order, unit), &options, |_| true).unwrap();
+    let reference = solved([0, 1, 2], 1.0);
+    for (order, exponent) in [([0, 1, 2], -40), ([2, 0, 1], 60), ([1, 2, 0], -300)] {
+        let (unit, solution) = (2f64.powi(exponent), solved(order, 2f64.powi(exponent)));
+        let of = |means: &[f64]| order.map(|channel| unit * means[channel]);
+        assert_eq!(solution.mean(), of(reference.mean()), "{order:?}, 2^{exponent}");
+        assert_eq!(solution.reflected(), of(reference.reflected()), "{order:?}, 2^{exponent}");
+        assert_eq!(solution.progress(), reference.progress(), "{order:?}, 2^{exponent}");
     }
 }
 
