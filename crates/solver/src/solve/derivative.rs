@@ -18,10 +18,10 @@ use rayon::prelude::*;
 use crate::error::Error;
 use crate::field::Field;
 use crate::field::acceleration::Acceleration;
-use crate::field::gathering::Equation;
+use crate::field::gathering::{Equation, ratio};
 use crate::mesh::basis::dot;
 use crate::solve::gather::Sum;
-use crate::solve::solution::{Solution, ratio};
+use crate::solve::solution::Solution;
 
 /// Sweeps at most, and changes, relative to the mean, below which the importance is solved.
 const MOST_SWEEPS: usize = 2000;
@@ -228,7 +228,6 @@ impl Solution {
                 sent.add(mesh, leaf, channel, &reflected);
             }
         }
-        scale.iter_mut().filter(|scale| **scale == 0.0).for_each(|scale| *scale = 1.0);
         let dark = |element: usize| vec![0.0; if self.gathers(element) { channels * mesh.basis(element).len() } else { 0 }];
         let source: Vec<Vec<f64>> = (0..mesh.elements().len()).map(dark).collect();
         let mut own = source.clone();
