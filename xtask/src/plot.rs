@@ -174,14 +174,9 @@ impl Picture {
         self.scene.elements.push(Primitive::Text { x, y, content, size, anchor, rotate: None, bold: false, color });
     }
 
-    /// The picture as the text of an SVG file.
-    pub(crate) fn svg(&self) -> String {
-        SvgBackend::new().render_scene(&self.scene)
-    }
-
-    /// The same with a title and a description for those who do not see it, neither with characters that XML knows otherwise.
+    /// The picture as the text of an SVG file, with a title and a description for those who do not see it, neither with characters that XML knows otherwise.
     pub(crate) fn svg_of(&self, title: &str, description: &str) -> String {
-        let text = self.svg();
+        let text = SvgBackend::new().render_scene(&self.scene);
         let Some((start, inside)) = text.split_once('>') else { return text };
         format!("{start} role=\"img\"><title>{title}</title><desc>{description}</desc>{inside}")
     }

@@ -68,6 +68,16 @@ impl<T: Doubles> DoubleDouble<T> {
 }
 
 impl DoubleDouble {
+    /// Numbers by their high and low parts.
+    pub(crate) const fn table<const N: usize>(parts: [(f64, f64); N]) -> [Self; N] {
+        let (mut table, mut index) = ([Self::ZERO; N], 0);
+        while index < N {
+            (table[index].hi, table[index].lo) = parts[index];
+            index += 1;
+        }
+        table
+    }
+
     /// Zero.
     pub const ZERO: Self = Self { hi: 0.0, lo: 0.0 };
 

@@ -20,6 +20,7 @@ pub mod cubature;
 mod emission_function;
 mod enclosure;
 mod error;
+mod error_free;
 pub mod monte_carlo;
 mod region;
 pub mod scene;

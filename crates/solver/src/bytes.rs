@@ -1,5 +1,7 @@
 //! Data as bytes, for files of this version of the program: numbers in little-endian order, sequences after their length.
 
+use std::sync::OnceLock;
+
 use radgrad_core::DVec3;
 
 /// Data that bytes stand for.
@@ -88,13 +90,22 @@ impl Bytes for DVec3 {
 impl<T: Bytes> Bytes for Option<T> {
     fn put(&self, to: &mut Vec<u8>) {
         self.is_some().put(to);
-        if let Some(value) = self {
-            value.put(to);
-        }
+        self.iter().for_each(|value| value.put(to));
     }
 
     fn take(from: &mut &[u8]) -> Option<Self> {
         if bool::take(from)? { T::take(from).map(Some) } else { Some(None) }
+    }
+}
+
+impl<T: Bytes> Bytes for OnceLock<T> {
+    fn put(&self, to: &mut Vec<u8>) {
+        self.get().is_some().put(to);
+        self.get().into_iter().for_each(|value| value.put(to));
+    }
+
+    fn take(from: &mut &[u8]) -> Option<Self> {
+        <Option<T> as Bytes>::take(from).map(|value| value.map_or_else(Self::new, Self::from))
     }
 }
 

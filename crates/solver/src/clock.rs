@@ -2,6 +2,8 @@
 
 use std::time::{Duration, Instant};
 
+use crate::bytes::Bytes;
+
 /// The parts of the time given at which direct light is divided no more in the first round, and its links are refined no more: an answer
 /// comes early. And those at which no round goes on, and an estimate is no longer refined.
 const FIRST_LIGHT: f64 = 0.1;
@@ -23,12 +25,6 @@ impl Clock {
     /// From now on.
     pub(crate) fn started() -> Self {
         Self { start: Instant::now(), end: None }
-    }
-
-    /// One that never ends, or ended already.
-    pub(crate) fn that_ended(is_over: bool) -> Self {
-        let start = Instant::now();
-        Self { start, end: is_over.then_some(start) }
     }
 
     pub(crate) fn elapsed(&self) -> Duration {
@@ -75,5 +71,17 @@ impl Clock {
 
     pub(crate) fn is_over(&self) -> bool {
         self.end.is_some_and(|end| Instant::now() >= end)
+    }
+}
+
+/// Whether it is over: one that is read never ends, or ended already.
+impl Bytes for Clock {
+    fn put(&self, to: &mut Vec<u8>) {
+        self.is_over().put(to);
+    }
+
+    fn take(from: &mut &[u8]) -> Option<Self> {
+        let (start, is_over) = (Instant::now(), bool::take(from)?);
+        Some(Self { start, end: is_over.then_some(start) })
     }
 }

@@ -30,7 +30,6 @@ pub(crate) mod unseen;
 
 use std::sync::OnceLock;
 
-use crate::bytes::Bytes;
 use crate::error::Error;
 use crate::estimate::ledger::Ledger;
 use crate::estimate::point::Points;
@@ -47,26 +46,11 @@ pub(crate) struct ErrorEstimate {
     /// Projection residuals of direct and of reflected light on each element.
     pub(crate) residuals: [Residuals; 2],
     /// For each element that receives, channel after channel, the weight of its residual in the mean.
-    weights: Vec<Vec<f64>>,
+    pub(crate) weights: Vec<Vec<f64>>,
     /// The parts that the sources of error have in the mean.
-    shares: Vec<Ledger>,
+    pub(crate) shares: Vec<Ledger>,
     /// At points, once they are asked for.
     points: OnceLock<Points>,
-}
-
-impl Bytes for ErrorEstimate {
-    fn put(&self, to: &mut Vec<u8>) {
-        let Self { mean, residuals, weights, shares, points: _ } = self;
-        mean.put(to);
-        residuals.put(to);
-        weights.put(to);
-        shares.put(to);
-    }
-
-    fn take(from: &mut &[u8]) -> Option<Self> {
-        let (mean, residuals) = (Bytes::take(from)?, Bytes::take(from)?);
-        Some(Self { mean, residuals, weights: Bytes::take(from)?, shares: Bytes::take(from)?, points: OnceLock::new() })
-    }
 }
 
 impl ErrorEstimate {

@@ -62,7 +62,7 @@ impl Field {
         for index in self.coefficients.len()..mesh.elements().len() {
             let basis = mesh.basis(index);
             let of_channel = |channel: usize| match mesh.elements()[index].parent() {
-                Some(parent) => basis.restrict(mesh.child(index), self.coefficients(parent, channel, basis.len())),
+                Some(parent) => basis.restrict(mesh.child(index), self.coefficients(parent, channel)),
                 None => vec![0.0; basis.len()],
             };
             let coefficients = (0..self.channels).flat_map(of_channel).collect();
@@ -73,9 +73,11 @@ impl Field {
         }
     }
 
-    /// Coefficients of an element whose basis has `len` functions.
-    pub(crate) fn coefficients(&self, element: usize, channel: usize, len: usize) -> &[f64] {
-        &self.coefficients[element][channel * len..(channel + 1) * len]
+    /// Coefficients of an element.
+    pub(crate) fn coefficients(&self, element: usize, channel: usize) -> &[f64] {
+        let of_element = &self.coefficients[element];
+        let len = of_element.len() / self.channels;
+        &of_element[channel * len..(channel + 1) * len]
     }
 
     /// Adds to an element, all below and all above it.
@@ -110,23 +112,23 @@ impl Field {
             let len = basis.len();
             for channel in 0..self.channels {
                 let Some(first) = children else {
-                    self.mean_square[index][channel] = self.coefficients(index, channel, len).iter().map(|c| c * c).sum();
+                    self.mean_square[index][channel] = self.coefficients(index, channel).iter().map(|c| c * c).sum();
                     (self.truncation[index][channel], self.rms[index][channel]) = (0.0, 0.0);
                     continue;
                 };
                 let mut own = vec![0.0; len];
-                (0..4).for_each(|child| basis.pull(child, self.coefficients(first + child, channel, len), &mut own));
+                (0..4).for_each(|child| basis.pull(child, self.coefficients(first + child, channel), &mut own));
                 self.mean_square[index][channel] =
                     0.25 * (first..first + 4).map(|child| self.mean_square[child][channel]).sum::<f64>();
                 let of_child = |child: usize| {
                     let restricted = basis.restrict(child, &own);
-                    let of_child = self.coefficients(first + child, channel, len);
+                    let of_child = self.coefficients(first + child, channel);
                     let difference: Vec<f64> = of_child.iter().zip(&restricted).map(|(c, r)| c - r).collect();
                     self.truncation[first + child][channel] + basis.magnitude(&difference)
                 };
                 self.truncation[index][channel] = (0..4).map(of_child).fold(0.0, largest);
                 self.coefficients[index][channel * len..(channel + 1) * len].copy_from_slice(&own);
-                self.rms[index][channel] = self.rms(index, channel, len);
+                self.rms[index][channel] = self.rms(index, channel);
             }
         }
         for channel in 0..self.channels {
@@ -142,9 +144,7 @@ impl Field {
     /// Sums the powers of clusters anew.
     pub(crate) fn pool(&mut self, mesh: &Mesh) {
         for channel in 0..self.channels {
-            let power = |element: usize| {
-                mesh.elements()[element].area() * self.coefficients(element, channel, mesh.basis(element).len())[0]
-            };
+            let power = |element: usize| mesh.elements()[element].area() * self.coefficients(element, channel)[0];
             let powers = mesh.clusters().pull(power, |a, b| a + b);
             self.glows[channel].iter_mut().zip(powers).for_each(|(glow, power)| glow.power = power);
         }
@@ -152,8 +152,8 @@ impl Field {
 
     /// The light that an element sends out.
     fn glow_of(&self, mesh: &Mesh, element: usize, channel: usize) -> ClusterEmission {
-        let (basis, area) = (mesh.basis(element), mesh.elements()[element].area());
-        let power = area * self.coefficients(element, channel, basis.len())[0];
+        let area = mesh.elements()[element].area();
+        let power = area * self.coefficients(element, channel)[0];
         ClusterEmission { power, ..ClusterEmission::default() }.over(area, area * self.mean_square[element][channel])
     }
 
@@ -200,8 +200,8 @@ impl Field {
     }
 
     /// Root mean square over an element of the leaves' radiosity less the polynomial.
-    fn rms(&self, element: usize, channel: usize, len: usize) -> f64 {
-        let taken: f64 = self.coefficients(element, channel, len).iter().map(|c| c * c).sum();
+    fn rms(&self, element: usize, channel: usize) -> f64 {
+        let taken: f64 = self.coefficients(element, channel).iter().map(|c| c * c).sum();
         let whole = self.mean_square[element][channel];
         // The difference of two sums of squares, each rounded.
         (largest(whole - taken, 0.0) + 16.0 * f64::EPSILON * whole).sqrt()

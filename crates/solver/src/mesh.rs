@@ -2,7 +2,7 @@
 
 pub(crate) mod basis;
 pub(crate) mod clusters;
-mod contact;
+pub(crate) mod contact;
 pub(crate) mod element;
 pub(crate) mod outline;
 pub(crate) mod overlap;

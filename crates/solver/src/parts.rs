@@ -124,7 +124,7 @@ pub struct Texture {
     pub emitted: Vec<f64>,
     /// That of the reflectance times some irradiance.
     pub reflected: Vec<f64>,
-    /// Bounds on what these leave out of the radiosity: its largest magnitude, and its mean magnitude.
+    /// Bounds on the residual of their projection: its largest magnitude, and its mean magnitude.
     pub detail: [f64; 2],
     /// Root mean squares of the reflectance, of its difference from its mean, and of that from its projection.
     pub spread: [f64; 3],

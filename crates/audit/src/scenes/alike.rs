@@ -51,7 +51,7 @@ pub fn in_other_channels(model: &Model) -> Result<Vec<String>, String> {
                 let from = from % before.len();
                 let pairs = before[from].iter().zip(&after[channel]).map(|(b, a)| (b * UNIT, *a)).collect();
                 let least = ROUNDING * UNIT * light[from];
-                let what = apart(pairs, ROUNDING, least);
+                let what = apart(pairs, least);
                 findings.extend(what.map(|what| format!("{kind}, channel {from} with light times {UNIT:e}: {what}")));
             }
         }
@@ -59,11 +59,11 @@ pub fn in_other_channels(model: &Model) -> Result<Vec<String>, String> {
     Ok(findings)
 }
 
-/// The pair that differs by more than this part of the largest one, and than what counts at least.
-fn apart(pairs: Vec<(f64, f64)>, room: f64, least: f64) -> Option<String> {
+/// The pair that differs by more than rounding of the largest one, and than what counts at least.
+fn apart(pairs: Vec<(f64, f64)>, least: f64) -> Option<String> {
     let size = pairs.iter().map(|(b, _)| b.abs()).filter(|size| size.is_finite()).fold(0.0, largest);
     // What is no number is alike only where it is in both.
-    let is_apart = |(b, a): &(f64, f64)| a.to_bits() != b.to_bits() && is_worse((a - b).abs(), largest(room * size, least));
+    let is_apart = |(b, a): &(f64, f64)| a.to_bits() != b.to_bits() && is_worse((a - b).abs(), largest(ROUNDING * size, least));
     pairs.into_iter().find(is_apart).map(|(b, a)| format!("{a:e} where it was {b:e}"))
 }
 
@@ -290,11 +290,9 @@ mod tests {
 
     #[test]
     fn a_number_that_is_another_one_in_other_channels_is_seen() {
-        let told = |pairs: &[(f64, f64)], room| apart(pairs.to_vec(), room, 1e-20).is_some();
-        assert!(!told(&[(1.0, 1.0 + 1e-12), (f64::NAN, f64::NAN), (f64::INFINITY, f64::INFINITY)], ROUNDING));
-        assert!(
-            told(&[(1.0, 1.0), (1e-3, 1.1e-3)], ROUNDING) && told(&[(1.0, f64::NAN)], ROUGHLY) && told(&[(0.0, 1e-19)], ROUGHLY)
-        );
+        let told = |pairs: &[(f64, f64)]| apart(pairs.to_vec(), 1e-20).is_some();
+        assert!(!told(&[(1.0, 1.0 + 1e-12), (f64::NAN, f64::NAN), (f64::INFINITY, f64::INFINITY)]));
+        assert!(told(&[(1.0, 1.0), (1e-3, 1.1e-3)]) && told(&[(1.0, f64::NAN)]) && told(&[(0.0, 1e-19)]));
     }
 
     #[test]

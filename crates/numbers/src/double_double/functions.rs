@@ -20,19 +20,19 @@ const PI: DoubleDouble = DoubleDouble { hi: std::f64::consts::PI, lo: 1.224_646_
 const PI_16: DoubleDouble = DoubleDouble { hi: std::f64::consts::PI / 16.0, lo: 7.654_042_494_670_958e-18 };
 
 /// `1/(2k + 1)`.
-pub(crate) const RECIPROCALS: [DoubleDouble; 11] = [
-    DoubleDouble { hi: 1.0, lo: 0.0 },
-    DoubleDouble { hi: 1.0 / 3.0, lo: 1.850371707708594e-17 },
-    DoubleDouble { hi: 1.0 / 5.0, lo: -1.1102230246251566e-17 },
-    DoubleDouble { hi: 1.0 / 7.0, lo: 7.93016446160826e-18 },
-    DoubleDouble { hi: 1.0 / 9.0, lo: 6.1679056923619804e-18 },
-    DoubleDouble { hi: 1.0 / 11.0, lo: -2.523234146875356e-18 },
-    DoubleDouble { hi: 1.0 / 13.0, lo: -4.270088556250602e-18 },
-    DoubleDouble { hi: 1.0 / 15.0, lo: 9.251858538542971e-19 },
-    DoubleDouble { hi: 1.0 / 17.0, lo: 8.163404592832033e-19 },
-    DoubleDouble { hi: 1.0 / 19.0, lo: 2.921639538487254e-18 },
-    DoubleDouble { hi: 1.0 / 21.0, lo: 2.64338815386942e-18 },
-];
+pub(crate) const RECIPROCALS: [DoubleDouble; 11] = DoubleDouble::table([
+    (1.0, 0.0),
+    (1.0 / 3.0, 1.850371707708594e-17),
+    (1.0 / 5.0, -1.1102230246251566e-17),
+    (1.0 / 7.0, 7.93016446160826e-18),
+    (1.0 / 9.0, 6.1679056923619804e-18),
+    (1.0 / 11.0, -2.523234146875356e-18),
+    (1.0 / 13.0, -4.270088556250602e-18),
+    (1.0 / 15.0, 9.251858538542971e-19),
+    (1.0 / 17.0, 8.163404592832033e-19),
+    (1.0 / 19.0, 2.921639538487254e-18),
+    (1.0 / 21.0, 2.64338815386942e-18),
+]);
 
 /// Cosine and sine of `k pi/16`.
 const ROTATIONS: [(DoubleDouble, DoubleDouble); 5] = [

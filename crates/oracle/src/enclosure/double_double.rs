@@ -1,15 +1,14 @@
 //! Double-double arithmetic: an unevaluated sum `hi + lo` of two doubles with `|lo| <= u |hi|`, u = 2^-53.
 //!
 //! Every operation returns its result with a proven bound on its rounding error, so nothing has to be assumed by the caller.
-//! Building blocks: the exact sum of Knuth (TAOCP 2, 4.2.2) and the exact product of Dekker (Numer. Math. 18, 1971) with
-//! Veltkamp's splitting, no fused multiply-add: without the instruction that is a library call. Quotient and product follow
-//! Joldes, Muller and Popescu (ACM TOMS 44, 2017), whose theorems are quoted at each function. About 31 digits; fails to be exact
+//! Building blocks are [`crate::error_free`]. Quotient and product follow Joldes, Muller and Popescu (ACM TOMS 44, 2017), whose theorems are quoted at each function. About 31 digits; fails to be exact
 //! only where a double under- or overflows: overflow ends as a radius that is not finite, and the absolute error of an
 //! underflow, below 2^-1060, is covered by the constant every ball operation adds.
 
 use crate::enclosure::arithmetic::Real;
 use crate::enclosure::exact::Exact;
 use crate::enclosure::legendre::Rules;
+use crate::error_free::{fast_two_sum, two_product, two_sum};
 
 /// u^2 = 2^-106.
 const U2: f64 = 1.0 / (1u128 << 106) as f64;
@@ -19,38 +18,6 @@ const U2: f64 = 1.0 / (1u128 << 106) as f64;
 pub(crate) struct DoubleDouble {
     hi: f64,
     lo: f64,
-}
-
-/// `a + b = s + e` exactly.
-#[inline]
-fn two_sum(a: f64, b: f64) -> (f64, f64) {
-    let s = a + b;
-    let b_seen = s - a;
-    (s, (a - (s - b_seen)) + (b - b_seen))
-}
-
-/// `a + b = s + e` exactly, for `|a| >= |b|`.
-#[inline]
-fn fast_two_sum(a: f64, b: f64) -> (f64, f64) {
-    let s = a + b;
-    (s, b - (s - a))
-}
-
-/// Two halves of at most 26 bits.
-#[inline]
-fn split(a: f64) -> (f64, f64) {
-    let c = 134_217_729.0 * a; // 2^27 + 1
-    let high = c - (c - a);
-    (high, a - high)
-}
-
-/// `a b = p + e` exactly.
-#[inline]
-pub(crate) fn two_product(a: f64, b: f64) -> (f64, f64) {
-    let p = a * b;
-    let (a_high, a_low) = split(a);
-    let (b_high, b_low) = split(b);
-    (p, ((a_high * b_high - p) + a_high * b_low + a_low * b_high) + a_low * b_low)
 }
 
 impl DoubleDouble {

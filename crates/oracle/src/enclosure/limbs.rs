@@ -5,9 +5,9 @@
 //! the result. A quotient comes with the residual of its last step of Newton's, which bounds its error.
 
 use crate::enclosure::arithmetic::Real;
-use crate::enclosure::double_double::two_product;
 use crate::enclosure::exact::{Exact, scaled};
 use crate::enclosure::legendre::Rules;
+use crate::error_free::two_product;
 
 /// A number of 64 N bits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -3,10 +3,12 @@
 //! A height over a plane or a distance to an edge is a small difference of large coordinates: in plain double precision its
 //! relative error is `eps size / distance`, more than the tolerances asked of an oracle near contact. [`Pair`] is the
 //! unevaluated sum `high + low`; each operation has a relative error below 2^-100, and the difference of two doubles is exact
-//! (Dekker 1971, Knuth 1969). It holds while nothing over- or underflows: callers normalise by a power of two first.
+//! ([`crate::error_free`]). It holds while nothing over- or underflows: callers normalise by a power of two first.
 //! Once an integrand is evaluated, plain doubles serve, since every coordinate is then relative to the foot of the receiver.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
+
+use crate::error_free::{two_product, two_sum};
 
 /// An unevaluated sum with `|low| <= ulp(high)/2`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -17,28 +19,6 @@ pub(crate) struct Pair {
 
 /// Three pairs.
 pub(crate) type PairVector = [Pair; 3];
-
-/// Exact `a + b` (Knuth).
-fn two_sum(a: f64, b: f64) -> (f64, f64) {
-    let sum = a + b;
-    let b_seen = sum - a;
-    (sum, (a - (sum - b_seen)) + (b - b_seen))
-}
-
-/// Halves of at most 26 bits (Veltkamp).
-fn split(a: f64) -> (f64, f64) {
-    let c = 134_217_729.0 * a; // 2^27 + 1
-    let high = c - (c - a);
-    (high, a - high)
-}
-
-/// Exact `a b` (Dekker).
-fn two_product(a: f64, b: f64) -> (f64, f64) {
-    let product = a * b;
-    let (a1, a0) = split(a);
-    let (b1, b0) = split(b);
-    (product, ((a1 * b1 - product) + a1 * b0 + a0 * b1) + a0 * b0)
-}
 
 impl Pair {
     pub(crate) const ZERO: Self = Self { high: 0.0, low: 0.0 };

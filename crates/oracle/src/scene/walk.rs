@@ -181,6 +181,13 @@ impl Scene {
         moments
     }
 
+    /// The front that light from a place meets next.
+    fn next(&self, face: usize, at: DVec3, generator: &mut ChaCha8Rng) -> Option<(usize, DVec3)> {
+        let direction = by_cosine(self.faces[face].polygon.normal(), generator);
+        let hit = self.caster.first(face, at, direction).filter(|hit| hit.front && self.faces[hit.face].exchanges)?;
+        Some((hit.face, at + direction * hit.parameter))
+    }
+
     /// One walk from a lamp; how many rays it took.
     fn particle(&self, questions: &[Question<'_>], contributions: &mut [f64], generator: &mut ChaCha8Rng) -> usize {
         let power = self.whole_power();
@@ -192,13 +199,9 @@ impl Scene {
         let (least, mut rays) = (LEAST_WEIGHT * power, 0);
         let area = self.area();
         for _ in 0..self.series.bounces {
-            let direction = by_cosine(self.faces[face].polygon.normal(), generator);
             rays += 1;
-            let Some(hit) = self.caster.first(face, at, direction).filter(|hit| hit.front && self.faces[hit.face].exchanges)
-            else {
-                break;
-            };
-            (face, at) = (hit.face, at + direction * hit.parameter);
+            let Some(next) = self.next(face, at, generator) else { break };
+            (face, at) = next;
             weight *= self.faces[face].reflectance_and_emission(at)[0];
             if weight == 0.0 {
                 break;
@@ -278,13 +281,9 @@ impl Scene {
         }
         let least = LEAST_WEIGHT * weight;
         for bounce in 0..self.series.bounces {
-            let direction = by_cosine(self.faces[face].polygon.normal(), generator);
             rays += 1;
-            let Some(hit) = self.caster.first(face, at, direction).filter(|hit| hit.front && self.faces[hit.face].exchanges)
-            else {
-                break;
-            };
-            (face, at) = (hit.face, at + direction * hit.parameter);
+            let Some(next) = self.next(face, at, generator) else { break };
+            (face, at) = next;
             let [rho, emitted] = self.faces[face].reflectance_and_emission(at);
             if kind == Kind::Plain && (direct || bounce > 0) {
                 sum += weight * emitted;

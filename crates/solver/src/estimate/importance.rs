@@ -17,14 +17,10 @@ use crate::estimate::residual::{Residual, Residuals};
 use crate::estimate::rise::Risen;
 use crate::estimate::seen::SeenSources;
 use crate::field::Field;
-use crate::field::acceleration::Acceleration;
-use crate::field::gathering::Equation;
+use crate::field::gathering::MOST_SWEEPS;
 use crate::links::cluster::glow::Pair;
 use crate::links::link::Link;
 use crate::system::System;
-
-/// Sweeps after which there is no bound.
-const MOST_SWEEPS: usize = 2000;
 
 /// Changes below which the importance is solved: its defect has the remainder.
 const SOLVED: f64 = 1e-3;
@@ -120,32 +116,16 @@ pub(super) fn solve(system: &System, receives: &[bool], seen: &[SeenSources]) ->
 
 /// The polynomial solution and the receivers' own coefficients of it.
 fn solved(system: &System) -> Result<(Field, Vec<Vec<f64>>), Error> {
-    let System { mesh, surfaces, receivers, links, far, .. } = system;
-    let channels = system.channels.len();
-    let mut source: Vec<Vec<f64>> = vec![Vec::new(); mesh.elements().len()];
-    let mut own = source.clone();
-    for &receiver in receivers {
-        let len = mesh.basis(receiver).len();
-        let of_channel = |channel: usize| match surfaces.pattern(receiver, channel) {
-            Some(pattern) => pattern.reflectance().to_vec(),
-            None => (0..len).map(|i| if i == 0 { system.reflectance(receiver, channel) } else { 0.0 }).collect(),
-        };
-        source[receiver] = (0..channels).flat_map(of_channel).collect();
-        own[receiver] = vec![0.0; len * channels];
+    let [source, mut own] = system.reflectances();
+    let mut field = Field::dark(&system.mesh, system.channels.len());
+    let even = vec![1.0; system.channels.len()];
+    let until = (SOLVED, MOST_SWEEPS);
+    let (sweeps, change) = system.equation(&source).solve((&mut field, &mut own), until, even, |_, _| ());
+    if change <= SOLVED {
+        field.pull(&system.mesh);
+        return Ok((field, own));
     }
-    let mut field = Field::dark(mesh, channels);
-    let equation = Equation { mesh, surfaces, receivers, links, far, source: &source };
-    let even = vec![1.0; channels];
-    let (mut acceleration, mut change) = (Acceleration::default(), f64::INFINITY);
-    for _ in 0..MOST_SWEEPS {
-        change = equation.sweep(&mut field, &mut own, &even);
-        if change <= SOLVED {
-            field.pull(mesh);
-            return Ok((field, own));
-        }
-        acceleration.after_sweep(&equation, &mut field, &mut own, channels);
-    }
-    Err(Error::Unsettled { sweeps: MOST_SWEEPS, change })
+    Err(Error::Unsettled { sweeps, change })
 }
 
 /// Bounds on the gather of `b_h` by the nodes of a receiver from each source, in each channel.
@@ -154,10 +134,8 @@ fn gathers(system: &System, field: &Field, links: &[Link], seen: &SeenSources) -
     let channels = system.channels.len();
     let mut gathered = vec![0.0; seen.sources.len() * channels * seen.nodes];
     for (link, place) in links.iter().zip(&seen.places) {
-        let len = mesh.basis(link.source).len();
         for channel in 0..channels {
-            let (coefficients, start) =
-                (field.coefficients(link.source, channel, len), (place * channels + channel) * seen.nodes);
+            let (coefficients, start) = (field.coefficients(link.source, channel), (place * channels + channel) * seen.nodes);
             for (sum, row) in gathered[start..start + seen.nodes].iter_mut().zip(&link.rows) {
                 let value: f64 = row.values.iter().zip(coefficients).map(|(v, c)| v * c).sum();
                 *sum += value + field.neglected(mesh, link.source, channel, row) + row.likely_error_of(coefficients);
@@ -175,7 +153,7 @@ fn defect(system: &System, field: &Field, receiver: usize, channel: usize, seen:
     let mut at_nodes: Vec<f64> = (0..seen.nodes).map(|node| far.value(field, channel, node)).collect();
     let mut beside = vec![0.0; seen.nodes];
     for link in &links[receiver] {
-        let coefficients = field.coefficients(link.source, channel, mesh.basis(link.source).len());
+        let coefficients = field.coefficients(link.source, channel);
         for ((sum, beside), row) in at_nodes.iter_mut().zip(&mut beside).zip(&link.rows) {
             *sum += row.values.iter().zip(coefficients).map(|(v, c)| v * c).sum::<f64>();
             *beside += field.neglected(mesh, link.source, channel, row) + row.likely_error_of(coefficients);

@@ -18,14 +18,14 @@ const OTHER: f64 = 0.1;
 
 /// Coefficients of receivers after sweeps, and their change by the last one, channel after channel.
 #[derive(Debug, Default)]
-pub(crate) struct Acceleration {
+struct Acceleration {
     held: Option<Vec<Vec<f64>>>,
     change: Option<Vec<Vec<f64>>>,
 }
 
 impl Acceleration {
     /// After each sweep: adds the changes to come in the channels in which they are known.
-    pub(crate) fn after_sweep(&mut self, equation: &Equation<'_>, field: &mut Field, own: &mut [Vec<f64>], channels: usize) {
+    fn after_sweep(&mut self, equation: &Equation<'_>, field: &mut Field, own: &mut [Vec<f64>], channels: usize) {
         let held = self.held.replace(of_channels(equation, own, channels));
         let (Some(before), Some(now)) = (held, &self.held) else { return };
         let difference =
@@ -48,6 +48,29 @@ impl Acceleration {
             }
         }
         *self = Self::default();
+    }
+}
+
+impl Equation<'_> {
+    /// Sweeps until a sweep changes no coefficient by more than a part of its channel's scale, which is found anew after each, or as often as
+    /// may be. Returns the number of sweeps and the last change.
+    pub(crate) fn solve(
+        &self,
+        (field, own): (&mut Field, &mut [Vec<f64>]),
+        (until, most_sweeps): (f64, usize),
+        mut scale: Vec<f64>,
+        mut scaled: impl FnMut(&Field, &mut [f64]),
+    ) -> (usize, f64) {
+        let (mut acceleration, mut change) = (Acceleration::default(), f64::INFINITY);
+        for sweep in 1..=most_sweeps {
+            change = self.sweep(field, own, &scale);
+            if change <= until || change.is_nan() {
+                return (sweep, change);
+            }
+            acceleration.after_sweep(self, field, own, scale.len());
+            scaled(field, &mut scale);
+        }
+        (most_sweeps, change)
     }
 }
 

@@ -15,11 +15,14 @@ use crate::links::link::Link;
 use crate::mesh::Mesh;
 use crate::mesh::surfaces::Surfaces;
 
+/// Sweeps after which an importance or an error is not known.
+pub(crate) const MOST_SWEEPS: usize = 2000;
+
 /// Irradiance at each node of a receiver, without the light that links and clusters neglect.
-pub(crate) fn irradiance(mesh: &Mesh, field: &Field, links: &[Link], far: &Far, channel: usize, nodes: usize) -> Vec<f64> {
+pub(crate) fn irradiance(field: &Field, links: &[Link], far: &Far, channel: usize, nodes: usize) -> Vec<f64> {
     let mut at_nodes: Vec<f64> = (0..nodes).map(|node| far.value(field, channel, node)).collect();
     for link in links {
-        let coefficients = field.coefficients(link.source, channel, mesh.basis(link.source).len());
+        let coefficients = field.coefficients(link.source, channel);
         for (sum, row) in at_nodes.iter_mut().zip(&link.rows) {
             *sum += coefficients.iter().zip(&row.values).map(|(c, v)| c * v).sum::<f64>();
         }
@@ -46,7 +49,7 @@ const TOGETHER: usize = 16;
 impl Equation<'_> {
     /// One sweep over all receivers, whose own part of `field` is `own`. Returns the largest change of a coefficient, relative
     /// to `scale` in each channel: infinite where that is 0 and anything changes.
-    pub(crate) fn sweep(&self, field: &mut Field, own: &mut [Vec<f64>], scale: &[f64]) -> f64 {
+    pub(super) fn sweep(&self, field: &mut Field, own: &mut [Vec<f64>], scale: &[f64]) -> f64 {
         let mut greatest: f64 = 0.0;
         field.pool(self.mesh);
         for receivers in self.receivers.chunks(TOGETHER) {
@@ -72,9 +75,8 @@ impl Equation<'_> {
         let len = self.mesh.basis(receiver).len();
         let mut change = vec![0.0; len * channels];
         for link in &self.links[receiver] {
-            let count = link.matrix.len() / len;
             for (channel, sums) in change.chunks_exact_mut(len).enumerate() {
-                multiply(&link.matrix, field.coefficients(link.source, channel, count), sums);
+                multiply(&link.matrix, field.coefficients(link.source, channel), sums);
             }
         }
         for (channel, sums) in change.chunks_exact_mut(len).enumerate() {

@@ -114,9 +114,8 @@ impl Optics<'_> {
 
     /// For a source whose light has this size in each channel, errors of which have these weights.
     pub(crate) fn for_light(self, field: &Field, source: usize, weight: &[f64]) -> Self {
-        let count = self.mesh.basis(source).len();
         let size = |(channel, weight): (usize, &f64)| {
-            weight * field.coefficients(source, channel, count).iter().map(|c| c * c).sum::<f64>().sqrt()
+            weight * field.coefficients(source, channel).iter().map(|c| c * c).sum::<f64>().sqrt()
         };
         self.for_brightness(weight.iter().enumerate().map(size).fold(0.0, largest))
     }

@@ -34,12 +34,12 @@ pub(crate) enum Cut<'a> {
 pub(crate) type Given = (bool, Option<Vec<Vec<Vec<DVec3>>>>);
 
 impl<'a> Cut<'a> {
-    /// What is kept of it.
+    /// The part of it that is kept.
     pub(crate) fn given(self) -> Given {
         (matches!(self, Self::Squares), if let Self::Parts(parts) = self { Some(parts.to_vec()) } else { None })
     }
 
-    /// What was kept.
+    /// The part that was kept.
     pub(crate) fn of(given: &'a Given) -> Self {
         match given {
             (_, Some(parts)) => Self::Parts(parts),

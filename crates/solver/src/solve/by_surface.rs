@@ -36,7 +36,7 @@ impl Solution {
     /// ```
     #[must_use]
     pub fn by_surface(&self, scene: &Scene) -> Vec<SurfaceRadiosity> {
-        let channels = self.system.channels.len();
+        let channels = self.channels().len();
         let dark = |surface: &Surface| {
             let area = surface.faces().iter().map(|&face| scene.faces()[face].polygon().area()).sum();
             SurfaceRadiosity { area, mean: Vec::new(), reflected: Vec::new(), least: Vec::new(), largest: Vec::new() }
@@ -44,7 +44,7 @@ impl Solution {
         let mut radiosities: Vec<SurfaceRadiosity> = scene.surfaces().iter().map(dark).collect();
         let mut areas = vec![0.0; radiosities.len()];
         for leaf in self.system.mesh.leaves() {
-            let (element, basis) = (&self.system.mesh.elements()[leaf], self.system.mesh.basis(leaf));
+            let (element, basis) = (self.element(leaf), self.basis(leaf));
             let surface = scene.faces()[element.face()].surface();
             areas[surface] += element.area();
             let radiosity = &mut radiosities[surface];

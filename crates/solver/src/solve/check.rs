@@ -34,12 +34,12 @@ impl Solution {
 
     fn covered(&self, scene: &Scene, receiver: usize) -> Option<Error> {
         let links = &self.system.links[receiver];
-        let mut sums = vec![0.0; self.system.mesh.basis(receiver).nodes().len()];
+        let mut sums = vec![0.0; self.basis(receiver).nodes().len()];
         links.iter().for_each(|link| cover(&mut sums, &link.rows, 1.0));
         let node = (0..sums.len()).find(|&node| sums[node] > 1.0 + MARGIN)?;
         let mut by_face: Vec<(f64, usize)> = Vec::new();
         for link in links {
-            let (face, factor) = (self.system.mesh.elements()[link.source].face(), link.rows[node].factor());
+            let (face, factor) = (self.element(link.source).face(), link.rows[node].factor());
             match by_face.iter_mut().find(|(_, counted)| *counted == face) {
                 Some((sum, _)) => *sum += factor,
                 None => by_face.push((factor, face)),
@@ -47,7 +47,7 @@ impl Solution {
         }
         by_face.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
         let faces = by_face.iter().take(NAMED).map(|&(_, face)| scene.name_of(face)).collect();
-        Some(Error::Covered { face: scene.name_of(self.system.mesh.elements()[receiver].face()), sum: sums[node], faces })
+        Some(Error::Covered { face: scene.name_of(self.element(receiver).face()), sum: sums[node], faces })
     }
 }
 

@@ -18,7 +18,7 @@ use rayon::prelude::*;
 use crate::error::Error;
 use crate::field::Field;
 use crate::field::acceleration::Acceleration;
-use crate::field::gathering::{Equation, ratio};
+use crate::field::gathering::ratio;
 use crate::mesh::basis::dot;
 use crate::solve::gather::Sum;
 use crate::solve::solution::Solution;
@@ -231,14 +231,7 @@ impl Solution {
         let dark = |element: usize| vec![0.0; if self.gathers(element) { channels * mesh.basis(element).len() } else { 0 }];
         let source: Vec<Vec<f64>> = (0..mesh.elements().len()).map(dark).collect();
         let mut own = source.clone();
-        let equation = Equation {
-            mesh,
-            surfaces: &self.system.surfaces,
-            receivers: &self.system.receivers,
-            links: &self.system.links,
-            far: &self.system.far,
-            source: &source,
-        };
+        let equation = self.system.equation(&source);
         sent.pull(mesh);
         let mut acceleration = Acceleration::default();
         let mut change = 0.0;

@@ -8,7 +8,6 @@
 use radgrad_scene::largest;
 use rayon::prelude::*;
 
-use crate::field::gathering::irradiance;
 use crate::links::link::Link;
 use crate::mesh::basis::Basis;
 use crate::once::made;
@@ -67,14 +66,14 @@ impl Solution {
             let mut reflected = vec![Vec::new(); self.system.mesh.elements().len()];
             receivers.into_iter().for_each(|(receiver, details)| reflected[receiver] = details);
             for element in 0..reflected.len() {
-                let Some(above) = self.system.mesh.basis(element).above() else { continue };
-                if let Some(parent) = self.system.mesh.elements()[element].parent().filter(|_| reflected[element].is_empty()) {
+                let Some(above) = self.basis(element).above() else { continue };
+                if let Some(parent) = self.element(element).parent().filter(|_| reflected[element].is_empty()) {
                     let child = self.system.mesh.child(element);
                     let restricted = |of: &Detail| Detail { coefficients: above.restrict(child, &of.coefficients), ..*of };
                     reflected[element] = reflected[parent].iter().map(restricted).collect();
                 }
             }
-            let of_leaf = |leaf: usize| match self.system.mesh.elements()[leaf].is_leaf() {
+            let of_leaf = |leaf: usize| match self.element(leaf).is_leaf() {
                 true => {
                     let both = |(channel, reflected): (usize, &Detail)| self.of_direct(leaf, channel).with(reflected);
                     reflected[leaf].iter().enumerate().map(both).collect()
@@ -83,10 +82,10 @@ impl Solution {
             };
             let mut details: Vec<Vec<Detail>> = (0..reflected.len()).into_par_iter().map(of_leaf).collect();
             for element in (0..details.len()).rev() {
-                let Some(first) = self.system.mesh.elements()[element].children() else { continue };
-                let Some(above) = self.system.mesh.basis(element).above() else { continue };
+                let Some(first) = self.element(element).children() else { continue };
+                let Some(above) = self.basis(element).above() else { continue };
                 let merged = |channel: usize| Detail::over(above, [0, 1, 2, 3].map(|child| &details[first + child][channel]));
-                let over = (0..self.system.channels.len()).map(merged).collect();
+                let over = (0..self.channels().len()).map(merged).collect();
                 details[element] = over;
             }
             details
@@ -95,24 +94,17 @@ impl Solution {
 
     fn of_direct(&self, leaf: usize, channel: usize) -> Detail {
         if self.radiosity.direct.is_empty() {
-            let len = self.system.mesh.basis(leaf).above().map_or(0, Basis::len);
+            let len = self.basis(leaf).above().map_or(0, Basis::len);
             return Detail { coefficients: vec![0.0; len], ..Detail::default() };
         }
         self.detail_of(leaf, &self.direct_samples(leaf, channel))
     }
 
     fn of_reflected(&self, receiver: usize) -> Vec<Detail> {
-        let nodes = self.system.mesh.basis(receiver).nodes().len();
-        let rho = &self.system.surfaces.reflectance[self.system.mesh.elements()[receiver].face()];
+        let nodes = self.basis(receiver).nodes().len();
+        let rho = self.reflectance_of(receiver);
         let of_channel = |(channel, rho): (usize, &f64)| {
-            let received = irradiance(
-                &self.system.mesh,
-                &self.radiosity.field,
-                &self.system.links[receiver],
-                &self.system.far[receiver],
-                channel,
-                nodes,
-            );
+            let received = self.system.irradiance(&self.radiosity.field, receiver, channel);
             let neglected = (0..nodes).map(|node| rho * self.neglected_at(receiver, channel, node)).fold(0.0, largest);
             let samples: Vec<f64> = received.iter().map(|h| rho * h).collect();
             Detail { neglected, ..self.detail_of(receiver, &samples) }
@@ -121,7 +113,7 @@ impl Solution {
     }
 
     fn detail_of(&self, element: usize, samples: &[f64]) -> Detail {
-        let basis = self.system.mesh.basis(element);
+        let basis = self.basis(element);
         let excess = basis.excess(samples);
         let along = basis.seen_of(&excess) * excess.spread;
         Detail { coefficients: basis.next(samples), truncation: excess.spread, along, neglected: 0.0 }

@@ -37,7 +37,8 @@ impl Solution {
         let mut goes = vec![false; self.system.mesh.elements().len()];
         receivers.iter().for_each(|&receiver| goes[receiver] = true);
         self.system.receivers.retain(|&receiver| !goes[receiver]);
-        let children = receivers.iter().filter_map(|&receiver| self.system.mesh.elements()[receiver].children());
+        let mesh = &self.system.mesh;
+        let children = receivers.iter().filter_map(|&receiver| mesh.elements()[receiver].children());
         self.system.receivers.extend(children.flat_map(|first| first..first + 4));
         self.system.receivers.sort_unstable();
         Ok(())
@@ -58,8 +59,7 @@ impl Solution {
             }
             ratio(self.error_estimate.indicator(&self.system.mesh, receiver, channel, residual), reference[channel])
         };
-        let worst =
-            |receiver: usize| (0..self.system.channels.len()).map(|channel| indicator(receiver, channel)).fold(0.0, largest);
+        let worst = |receiver: usize| (0..self.channels().len()).map(|channel| indicator(receiver, channel)).fold(0.0, largest);
         self.system.receivers.iter().map(|&receiver| (worst(receiver), receiver)).collect()
     }
 
@@ -70,8 +70,7 @@ impl Solution {
         let elements = self.system.mesh.elements();
         let weighted_residual =
             |element: usize, light: &Samples| elements[element].area() * self.mean_square_residual(element, light);
-        let mut receives = vec![false; elements.len()];
-        self.system.receivers.iter().for_each(|&receiver| receives[receiver] = true);
+        let receives = self.system.receives();
         let lights = |element: usize| {
             let [direct, reflected] = &self.refinement.judged[element];
             let direct = direct.as_ref().filter(|_| elements[element].is_leaf());
@@ -122,7 +121,7 @@ impl Solution {
         for divided in self.system.mesh.divisions() {
             let (Some(number), true) = (numbers[divided], !self.gathers(divided)) else { continue };
             divisions.push(number);
-            for child in self.system.mesh.elements()[divided].children().into_iter().flat_map(|first| first..first + 4) {
+            for child in self.element(divided).children().into_iter().flat_map(|first| first..first + 4) {
                 numbers[child] = Some(count);
                 count += 1;
             }

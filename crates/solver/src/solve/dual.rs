@@ -16,7 +16,7 @@
 //!
 //! with `G b_h` at the nodes of receivers: the light of lamps is found once more, gathered by the lamps. Links that neglect as
 //! much of the importance as of the light do not see their neglect of either: by symmetry both errors are alike. So receivers
-//! gather the importance by finer links where that may be much of what is found. The importance is smooth where the light has the
+//! gather the importance by finer links where that may be a large part of all. The importance is smooth where the light has the
 //! edges of shadows, so that the error of this gather itself is less; it is counted without its sign. In the second part `phi -
 //! phi_h` is the part of the next degree in `G b_h` at the nodes, `r` that of direct light on leaves and of reflected light on
 //! receivers, and their product is known with its sign, too. An element far below its receiver that holds much of all light, as
@@ -34,8 +34,7 @@ use rayon::prelude::*;
 use crate::error::Error;
 use crate::estimate::ledger::Ledger;
 use crate::field::Field;
-use crate::field::acceleration::Acceleration;
-use crate::field::gathering::{Equation, irradiance, ratio};
+use crate::field::gathering::{MOST_SWEEPS, irradiance, ratio};
 use crate::links::cluster::far::Far;
 use crate::links::direct::FEW as MOST_LAMPS;
 use crate::links::gatherer::Gatherer;
@@ -47,9 +46,8 @@ use crate::once::made;
 use crate::solve::layers::Layers;
 use crate::solve::solution::{MeanError, Solution, for_each};
 
-/// Sweeps after which the importance is not known, and changes below which it is, relative to its mean: the remainder is of
-/// second order where `phi_h` is `b_h` over the reflectance, and of first with textures.
-const MOST_SWEEPS: usize = 2000;
+/// Changes below which the importance is known, relative to its mean: the remainder is of second order where `phi_h` is `b_h` over the
+/// reflectance, and of first with textures.
 const SOLVED: f64 = 1e-6;
 const SOLVED_WITH_TEXTURES: f64 = 1e-8;
 
@@ -149,77 +147,56 @@ impl Solution {
     }
 
     fn solve_importance(&self) -> Option<Field> {
-        let (mesh, channels) = (&self.system.mesh, self.system.channels.len());
-        let mut source = vec![Vec::new(); mesh.elements().len()];
-        let mut own = source.clone();
-        for &receiver in &self.system.receivers {
-            let len = mesh.basis(receiver).len();
-            let of_channel = |channel: usize| match self.system.surfaces.pattern(receiver, channel) {
-                Some(pattern) => pattern.reflectance().to_vec(),
-                None => {
-                    let rho = self.system.surfaces.reflectance[mesh.elements()[receiver].face()][channel];
-                    (0..len).map(|i| if i == 0 { rho } else { 0.0 }).collect()
-                }
-            };
-            source[receiver] = (0..channels).flat_map(of_channel).collect::<Vec<f64>>();
-            own[receiver] = vec![0.0; len * channels];
-        }
+        let (mesh, channels) = (&self.system.mesh, self.channels().len());
+        let [source, mut own] = self.system.reflectances();
         let mut sent = Field::dark(mesh, channels);
         for channel in 0..channels {
             // As if everywhere as much were found, which it is where light is not lost and reflectances are the same.
             let reflected =
-                |&receiver: &usize| mesh.elements()[receiver].area() * source[receiver][channel * mesh.basis(receiver).len()];
+                |&receiver: &usize| self.element(receiver).area() * source[receiver][channel * self.basis(receiver).len()];
             let rho = self.system.receivers.iter().map(reflected).sum::<f64>() / mesh.area();
             let even = if rho < 1.0 { 1.0 / (1.0 - rho) } else { 1.0 };
             for &receiver in &self.system.receivers {
-                let len = mesh.basis(receiver).len();
+                let len = self.basis(receiver).len();
                 let of_channel = channel * len..(channel + 1) * len;
                 let first: Vec<f64> = source[receiver][of_channel.clone()].iter().map(|rho| even * rho).collect();
                 sent.add(mesh, receiver, channel, &first);
                 own[receiver][of_channel].copy_from_slice(&first);
             }
         }
-        let (surfaces, receivers) = (&self.system.surfaces, &self.system.receivers[..]);
-        let equation = Equation { mesh, surfaces, receivers, links: &self.system.links, far: &self.system.far, source: &source };
         let until = if self.system.surfaces.is_textured() { SOLVED_WITH_TEXTURES } else { SOLVED };
-        let mut scale = vec![1.0; channels];
-        let mut acceleration = Acceleration::default();
-        for _ in 0..MOST_SWEEPS {
-            if equation.sweep(&mut sent, &mut own, &scale) <= until {
-                sent.pull(mesh);
-                return Some(sent);
-            }
-            acceleration.after_sweep(&equation, &mut sent, &mut own, channels);
+        let scaled = |sent: &Field, scale: &mut [f64]| {
             scale.iter_mut().enumerate().for_each(|(channel, scale)| *scale = largest(sent.mean(mesh, channel), 1.0));
-        }
-        None
+        };
+        let equation = self.system.equation(&source);
+        let (_, change) = equation.solve((&mut sent, &mut own), (until, MOST_SWEEPS), vec![1.0; channels], scaled);
+        (change <= until).then(|| {
+            sent.pull(mesh);
+            sent
+        })
     }
 
     /// The links of lamps, as finely as the importance there has to be known; also of other faces that emit and gather by rays, if all that
     /// emit are few. The links by which these faces gather light may be rougher, and their nodes fewer.
     fn links_of_lamps(&self, importance: &Field) -> Result<HashMap<usize, Gathers>, Error> {
-        let (area, channels) = (self.system.mesh.area(), 0..self.system.channels.len());
-        let emitted =
-            |element: usize, channel: usize| self.system.surfaces.emitted[self.system.mesh.elements()[element].face()][channel];
+        let (area, channels) = (self.system.mesh.area(), 0..self.channels().len());
+        let emitted = |element: usize, channel: usize| self.system.surfaces.emitted[self.element(element).face()][channel];
         let emits = |element: &usize| channels.clone().any(|channel| emitted(*element, channel) > 0.0);
         if self.system.mesh.roots().iter().filter(|root| emits(root)).count() > MOST_LAMPS {
             return Ok(HashMap::new());
         }
-        let is_meant =
-            |element: &usize| self.is_lamp(self.system.mesh.elements()[*element].face()) || !self.system.far[*element].is_empty();
+        let is_meant = |element: &usize| self.is_lamp(self.element(*element).face()) || !self.system.far[*element].is_empty();
         let lamps: Vec<usize> = self.system.receivers.iter().copied().filter(|of| emits(of) && is_meant(of)).collect();
-        let power = |channel: usize| {
-            lamps.iter().map(|&lamp| self.system.mesh.elements()[lamp].area() * emitted(lamp, channel)).sum::<f64>()
-        };
+        let power = |channel: usize| lamps.iter().map(|&lamp| self.element(lamp).area() * emitted(lamp, channel)).sum::<f64>();
         let weight: Vec<f64> =
             channels.clone().zip(self.reference()).map(|(c, reference)| ratio(power(c), reference * area)).collect();
         let allowed = OF_LAMPS * self.budget.allowed;
         let need = Need { field: importance, weight: &weight, allowed, without_order: WITHOUT_ORDER, clock: self.budget.clock };
         let of_lamp = |lamp: usize| {
-            let (optics, own) = (self.optics(), self.system.mesh.basis(lamp));
+            let (optics, own) = (self.optics(), self.basis(lamp));
             let (links, far) = (&self.system.links[lamp], &self.system.far[lamp]);
             let weighted_error = |(channel, weight): (usize, &f64)| {
-                let at_nodes = irradiance(&self.system.mesh, importance, links, far, channel, own.nodes().len());
+                let at_nodes = self.system.irradiance(importance, lamp, channel);
                 weight * rule_error(own, &own.excess(&at_nodes))
             };
             let is_off = weight.iter().enumerate().map(weighted_error).fold(0.0, largest) > allowed;
@@ -239,20 +216,16 @@ impl Solution {
     /// by themselves.
     fn importance_below(&self, sent: &Field) -> Result<HashMap<usize, Vec<Gathered>>, Error> {
         let power = |element: usize, channel: usize| {
-            let (held, of) = (
-                self.radiosity.field.coefficients(element, channel, self.system.mesh.basis(element).len())[0],
-                &self.system.mesh.elements()[element],
-            );
+            let (held, of) = (self.radiosity.field.coefficients(element, channel)[0], self.element(element));
             of.area() * (held + self.lamp_on(of.face(), channel)).abs()
         };
-        let totals: Vec<f64> = (0..self.system.channels.len())
-            .map(|channel| self.system.mesh.leaves().map(|leaf| power(leaf, channel)).sum())
-            .collect();
+        let totals: Vec<f64> =
+            (0..self.channels().len()).map(|channel| self.system.mesh.leaves().map(|leaf| power(leaf, channel)).sum()).collect();
         let holds_much =
             |element: usize| totals.iter().enumerate().any(|(channel, totals)| power(element, channel) > MUCH * totals);
         let has_own = |&element: &usize| {
             let receiver = self.receiver_of(element);
-            let below = self.system.mesh.elements()[element].children();
+            let below = self.element(element).children();
             element != receiver
                 && self.gathers(receiver)
                 && self.system.far[receiver].is_empty()
@@ -261,13 +234,14 @@ impl Solution {
         };
         let elements: Vec<usize> = (0..self.system.mesh.elements().len()).filter(has_own).collect();
         let importance_on = |element: usize| {
-            let (receiver, basis) = (self.receiver_of(element), self.system.mesh.basis(element));
-            let (above, own_element) = (basis.above().unwrap_or(basis), &self.system.mesh.elements()[element]);
-            let gathered_at = |place: [f64; 2]| self.gathered_at(sent, receiver, own_element.point(place));
+            let (receiver, basis) = (self.receiver_of(element), self.basis(element));
+            let (above, own_element) = (basis.above().unwrap_or(basis), self.element(element));
+            // The importance has no unit.
+            let weight = vec![1.0; self.channels().len()];
+            let gathered_at = |place: [f64; 2]| self.gathered_at((sent, &weight), receiver, own_element.point(place));
             let (centre, reference) = (own_element.shape().centre(), self.reference());
             let moved = |(channel, here): (usize, f64)| {
-                let (links, far, nodes) = (&self.system.links[receiver], &self.system.far[receiver], basis.nodes().len());
-                let z = above.project(&irradiance(&self.system.mesh, sent, links, far, channel, nodes));
+                let z = above.project(&self.system.irradiance(sent, receiver, channel));
                 let mut z = self.restricted(receiver, element, above, &z);
                 let differs = here - dot(&z, &above.values(centre));
                 z[0] += differs;
@@ -286,7 +260,7 @@ impl Solution {
                 let at_nodes: Vec<f64> = at_nodes.iter().map(|of| of[channel]).collect();
                 (basis.project(&at_nodes), rule_error(basis, &basis.excess(&at_nodes)))
             };
-            Ok((element, (0..self.system.channels.len()).map(of_channel).collect()))
+            Ok((element, (0..self.channels().len()).map(of_channel).collect()))
         };
         Ok(for_each(&elements, importance_on)?.into_iter().collect())
     }
@@ -334,20 +308,18 @@ impl Solution {
     fn layers_on(&self, receiver: usize, importance: &Field) -> Result<Vec<Part>, Error> {
         let links = &self.system.links[receiver];
         let Some(layers) = Layers::near_receiver(&self.optics(), receiver, links)? else {
-            return Ok(vec![Part::default(); self.system.channels.len()]);
+            return Ok(vec![Part::default(); self.channels().len()]);
         };
-        let (element, basis) = (&self.system.mesh.elements()[receiver], self.system.mesh.basis(receiver));
-        let (area, rho, nodes) = (element.area(), &self.system.surfaces.reflectance[element.face()], basis.nodes().len());
+        let (element, basis) = (self.element(receiver), self.basis(receiver));
+        let (area, rho) = (element.area(), &self.system.surfaces.reflectance[element.face()]);
         let of_channel = |(channel, rho): (usize, &f64)| {
             let truncation = |field: &Field| {
-                let at_nodes = irradiance(&self.system.mesh, field, links, &self.system.far[receiver], channel, nodes);
-                let layer = layers.truncation(&at_nodes, basis, |source| {
-                    field.coefficients(source, channel, self.system.mesh.basis(source).len())
-                });
+                let at_nodes = self.system.irradiance(field, receiver, channel);
+                let layer = layers.truncation(&at_nodes, basis, |source| field.coefficients(source, channel));
                 (basis.next(&at_nodes), layer)
             };
             let ((light, of_light), (z, of_z)) = (truncation(&self.radiosity.field), truncation(importance));
-            let mut held = self.radiosity.field.coefficients(receiver, channel, basis.len()).to_vec();
+            let mut held = self.radiosity.field.coefficients(receiver, channel).to_vec();
             held[0] += self.lamp_on(element.face(), channel);
             let swapped = area * layers.times(&held, &of_z);
             let product = layers.times(&light, &of_z) + layers.times(&z, &of_light) + layers.product(&of_light, &of_z);
@@ -364,7 +336,7 @@ impl Solution {
             let parts: Vec<Part> = self.system.receivers.par_iter().map(part_on).collect();
             parts.into_iter().chain(layers.iter().map(|part_on| part_on[channel])).fold(Part::default(), Part::and)
         };
-        (0..self.system.channels.len()).map(of_channel).collect()
+        (0..self.channels().len()).map(of_channel).collect()
     }
 
     /// Refines the links by which receivers without clusters gather the importance to a part of the light that they neglect now,
@@ -374,15 +346,15 @@ impl Solution {
         let own = |receiver: usize| importance.links.get(&receiver).map_or(&self.system.links[receiver][..], |of| &of.links[..]);
         // The light of a receiver, over that which errors are relative to.
         let light = |receiver: usize| -> Vec<f64> {
-            let (element, len) = (&self.system.mesh.elements()[receiver], self.system.mesh.basis(receiver).len());
+            let element = self.element(receiver);
             let relative_light = |(channel, reference): (usize, &f64)| {
-                let held = self.radiosity.field.coefficients(receiver, channel, len)[0] + self.lamp_on(element.face(), channel);
+                let held = self.radiosity.field.coefficients(receiver, channel)[0] + self.lamp_on(element.face(), channel);
                 ratio(held.abs(), *reference)
             };
             reference.iter().enumerate().map(relative_light).collect()
         };
         let neglected = |receiver: usize| {
-            let basis = self.system.mesh.basis(receiver);
+            let basis = self.basis(receiver);
             let weighted_neglect = |(channel, light): (usize, f64)| {
                 light * own(receiver).iter().map(|link| self.neglected_by(link, field, basis, channel)).sum::<f64>()
             };
@@ -391,7 +363,7 @@ impl Solution {
         let receivers: Vec<usize> =
             self.system.receivers.iter().copied().filter(|&receiver| self.system.far[receiver].is_empty()).collect();
         let neglected: Vec<(usize, f64)> = receivers.iter().copied().zip(for_each(&receivers, neglected)?).collect();
-        let area = |receiver: usize| self.system.mesh.elements()[receiver].area();
+        let area = |receiver: usize| self.element(receiver).area();
         let allowed = FINER * neglected.iter().map(|&(receiver, neglected)| area(receiver) * neglected).sum::<f64>()
             / self.system.mesh.area();
         let rough: Vec<usize> = neglected.into_iter().filter(|&(_, of)| of > allowed).map(|(receiver, _)| receiver).collect();
@@ -413,19 +385,19 @@ impl Solution {
         let gathers = importance.links.get(&receiver);
         let by = gathers.map_or(own, |of| (&of.links[..], &of.far));
         let (below, importance) = (&importance.below, &importance.sent);
-        let (element, basis) = (&self.system.mesh.elements()[receiver], self.system.mesh.basis(receiver));
-        let (len, nodes, rho) = (basis.len(), basis.nodes().len(), self.system.surfaces.reflectance[element.face()][channel]);
+        let (element, basis) = (self.element(receiver), self.basis(receiver));
+        let (len, rho) = (basis.len(), self.system.surfaces.reflectance[element.face()][channel]);
         let (area, above) = (element.area(), basis.above().unwrap_or(basis));
         let of_importance = gathers.and_then(|of| of.basis.as_ref());
         let nodes_basis = of_importance.unwrap_or(basis);
-        let at_nodes = irradiance(&self.system.mesh, importance, by.0, by.1, channel, nodes_basis.nodes().len());
+        let at_nodes = irradiance(importance, by.0, by.1, channel, nodes_basis.nodes().len());
         let (mut z, excess) = (of_importance.unwrap_or(above).project(&at_nodes), nodes_basis.excess(&at_nodes));
         z.truncate(above.len());
         let lamp = self.lamp_on(element.face(), channel);
-        let held = self.radiosity.field.coefficients(receiver, channel, len);
+        let held = self.radiosity.field.coefficients(receiver, channel);
         let phi: Vec<f64> = match self.system.surfaces.pattern(receiver, channel) {
             _ if rho == 0.0 => vec![0.0; len],
-            None => importance.coefficients(receiver, channel, len).iter().map(|b| b / rho).collect(),
+            None => importance.coefficients(receiver, channel).iter().map(|b| b / rho).collect(),
             Some(_) => z[..len].iter().enumerate().map(|(i, z)| if i == 0 { 1.0 + z } else { *z }).collect(),
         };
         let emitted = self.emitted_on(receiver, channel);
@@ -442,15 +414,12 @@ impl Solution {
             // Where light is even rays and clusters are off alike in both gathers.
             part.squared_error +=
                 square(area * rho * phi[0] * self.links_likely_error(&self.radiosity.field, basis, channel, own, false));
-            let samples: Vec<f64> = irradiance(&self.system.mesh, &self.radiosity.field, own.0, own.1, channel, nodes)
-                .iter()
-                .map(|h| rho * h)
-                .collect();
+            let samples: Vec<f64> =
+                self.system.irradiance(&self.radiosity.field, receiver, channel).iter().map(|h| rho * h).collect();
             self.add_details(&mut part, receiver, (&samples, &z), own.1.is_empty().then_some(&excess));
         }
         for &leaf in leaves {
-            let (area, mut light) =
-                (self.system.mesh.elements()[leaf].area(), self.radiosity.field.coefficients(leaf, channel, len).to_vec());
+            let (area, mut light) = (self.element(leaf).area(), self.radiosity.field.coefficients(leaf, channel).to_vec());
             light[0] += lamp;
             let power = area * light[0];
             let z = self.restricted(receiver, leaf, above, &z);
@@ -478,13 +447,13 @@ impl Solution {
         leaf: usize,
         below: &'a HashMap<usize, Vec<Gathered>>,
     ) -> Option<(usize, &'a [Gathered])> {
-        let around = std::iter::successors(Some(leaf), |&element| self.system.mesh.elements()[element].parent());
+        let around = std::iter::successors(Some(leaf), |&element| self.element(element).parent());
         around.take_while(|&element| element != receiver).find_map(|element| Some((element, &below.get(&element)?[..])))
     }
 
     /// Adds the product of the truncations of light and of an importance. Where clusters were gathered from that is noise.
     fn add_details(&self, part: &mut Part, element: usize, (samples, z): (&[f64], &[f64]), sure: Option<&Excess>) {
-        let (area, basis) = (self.system.mesh.elements()[element].area(), self.system.mesh.basis(element));
+        let (area, basis) = (self.element(element).area(), self.basis(element));
         let detail = area * dot(&basis.next(samples), z);
         match sure {
             Some(of_importance) => {
@@ -500,7 +469,7 @@ impl Solution {
         let mut path = Vec::new();
         let mut descendant = leaf;
         while descendant != receiver
-            && let Some(parent) = self.system.mesh.elements()[descendant].parent()
+            && let Some(parent) = self.element(descendant).parent()
         {
             path.push(descendant);
             descendant = parent;
@@ -519,7 +488,7 @@ impl Solution {
         evaluated: bool,
     ) -> f64 {
         let of_link = |link: &Link| {
-            let coefficients = light.coefficients(link.source, channel, self.system.mesh.basis(link.source).len());
+            let coefficients = light.coefficients(link.source, channel);
             let row_error = |row: &Row| if evaluated || row.likely.is_some() { row.likely_error_of(coefficients) } else { 0.0 };
             over_nodes(basis, link, row_error)
         };

@@ -125,7 +125,7 @@ impl Solution {
 
     /// A point of a leaf, or one in front of the faces that are at it and can light it.
     fn in_front_of_others(&self, leaf: usize, point: DVec3) -> DVec3 {
-        let element = &self.system.mesh.elements()[leaf];
+        let element = self.element(leaf);
         let normal = element.polygon().normal();
         let mut touching = self.system.mesh.touching(point, element.face(), TOUCHES * self.system.extent).peekable();
         if touching.peek().is_none() {
@@ -224,8 +224,8 @@ impl Solution {
     /// # Errors
     /// If it cannot be represented.
     pub fn gather_on(&self, leaf: usize, point: DVec3) -> Result<Gathered, Error> {
-        let element = &self.system.mesh.elements()[leaf];
-        let (face, channels) = (element.face(), self.system.channels.len());
+        let element = self.element(leaf);
+        let (face, channels) = (element.face(), self.channels().len());
         let (station, gathers) = self.gathers_on(leaf, point)?;
         let lacking = self.lacking_beside_edge(leaf, point)?;
         let sum = self.sum(&station, gathers, &self.system.far[self.receiver_of(leaf)]);
@@ -257,7 +257,7 @@ impl Solution {
     pub fn radiosity_on(&self, leaf: usize, point: DVec3) -> Result<Vec<f64>, Error> {
         let (station, gathers) = self.gathers_on(leaf, point)?;
         let sums = self.sum(&station, gathers, &self.system.far[self.receiver_of(leaf)]).sums;
-        let [rho, emitted] = self.system.surfaces.reflectance_and_emission(self.system.mesh.elements()[leaf].face(), point);
+        let [rho, emitted] = self.system.surfaces.reflectance_and_emission(self.element(leaf).face(), point);
         Ok(sums.iter().zip(&rho).zip(emitted).map(|((sum, rho), emitted)| emitted + rho * sum).collect())
     }
 
@@ -266,9 +266,9 @@ impl Solution {
     /// that follows the light at its rim: the point lacks the error of the polynomial at that place, which a gather finds there,
     /// times the source's form factor.
     fn lacking_in_gaps(&self, station: &Station, rows: &[(usize, Row)]) -> Result<Vec<[f64; 2]>, Error> {
-        let mut lacking = vec![[0.0; 2]; self.system.channels.len()];
+        let mut lacking = vec![[0.0; 2]; self.channels().len()];
         for (source, row) in rows {
-            let element = &self.system.mesh.elements()[*source];
+            let element = self.element(*source);
             let (normal, corner) = (element.polygon().normal(), element.polygon().vertices()[0]);
             let height = normal.dot(station.point - corner);
             if normal.dot(station.normal) > FACING || height <= 0.0 {
@@ -276,7 +276,7 @@ impl Solution {
             }
             let nearest = element.inside(station.point - normal * height);
             let Some(leaf) = self.system.mesh.leaf_at(element.face(), nearest) else { continue };
-            if (nearest - station.point).length() > CLOSE * self.system.mesh.elements()[leaf].radius() {
+            if (nearest - station.point).length() > CLOSE * self.element(leaf).radius() {
                 continue;
             }
             for (lacking, error) in lacking.iter_mut().zip(self.defect_at(leaf, nearest, &[])?.into_iter().flatten()) {
@@ -289,7 +289,7 @@ impl Solution {
 
     /// The gather of a point of a leaf, over the links that there are.
     fn gathers_on(&self, leaf: usize, point: DVec3) -> Result<(Station, Gathers), Error> {
-        let station = Station::on(&self.system.mesh.elements()[leaf], point);
+        let station = Station::on(self.element(leaf), point);
         let lit = self
             .radiosity
             .direct
@@ -297,7 +297,7 @@ impl Solution {
             .map(|direct| self.system.lamps.irradiance(&self.optics(), &self.system.surfaces, &station, direct.sights()));
         let weight = self.whole_weight();
         let gather = |link: &Link| {
-            let count = self.system.mesh.basis(link.source).len();
+            let count = self.basis(link.source).len();
             let optics = self.optics().for_light(&self.radiosity.field, link.source, &weight);
             let row = optics.receive(&station, link.source, &link.sight, count)?;
             Ok(Gather { source: link.source, row, sight: link.sight.clone() })
@@ -308,7 +308,7 @@ impl Solution {
 
     /// The sum of a point's gathers, with the errors of evaluations and links.
     fn sum(&self, station: &Station, Gathers { lit, from_links }: Gathers, far: &Far) -> Sum {
-        let channels = self.system.channels.len();
+        let channels = self.channels().len();
         let (mut sums, mut errors) = (vec![0.0; channels], vec![Ledger::default(); channels]);
         // Of one sign as often as of the other: they add up by squares.
         let square = |x: f64| x * x;
@@ -323,9 +323,8 @@ impl Solution {
         let (mut rows, mut sights) = (Vec::with_capacity(from_links.len()), Vec::with_capacity(from_links.len()));
         for Gather { source, row, sight } in from_links {
             let is_past = matches!(sight, Sight::Past(_));
-            let count = self.system.mesh.basis(source).len();
             for channel in 0..channels {
-                let coefficients = self.radiosity.field.coefficients(source, channel, count);
+                let coefficients = self.radiosity.field.coefficients(source, channel);
                 sums[channel] += coefficients.iter().zip(&row.values).map(|(c, v)| c * v).sum::<f64>();
                 let (size, sum) = (square(row.likely_error_of(coefficients)), &mut errors[channel]);
                 if is_past { sum.visibility += size } else { sum.computation += size }
@@ -361,7 +360,7 @@ impl Solution {
         Sum { sums, errors, rows, sights, far, .. }: &Sum,
         beside: Option<usize>,
     ) -> Irradiance {
-        let channels = self.system.channels.len();
+        let channels = self.channels().len();
         // Where no error is known with its sign, its magnitude is estimated, too.
         let without_sign = || {
             let mut truncation =

@@ -153,7 +153,7 @@ impl Solution {
     pub fn gradient(&self, point: DVec3, normal: DVec3) -> Result<SurfaceGradient, Error> {
         let (leaf, foot) = self.leaf_of(point, normal)?;
         let irradiance = self.gradient_in_plane(leaf, foot)?.times(self.placement.power());
-        let [rho, _] = self.system.surfaces.reflectance_and_emission(self.system.mesh.elements()[leaf].face(), foot);
+        let [rho, _] = self.system.surfaces.reflectance_and_emission(self.element(leaf).face(), foot);
         Ok(SurfaceGradient { radiosity: irradiance.reflected(&rho), irradiance })
     }
 
@@ -190,7 +190,7 @@ impl Solution {
 
     /// Gradient of the irradiance within the plane of a leaf, by links of the point's own.
     fn gradient_in_plane(&self, leaf: usize, point: DVec3) -> Result<Gradient, Error> {
-        let element = &self.system.mesh.elements()[leaf];
+        let element = self.element(leaf);
         let near_edges = self.lacking_near_edges(leaf, point)?;
         let mut station = Station::on(element, point);
         if self.has_shadows() {
@@ -214,7 +214,7 @@ impl Solution {
 
     /// Gradient of the irradiance of a point, which may be one of a leaf, near edges of its face or not.
     fn gradient_of_station(&self, station: &Station, leaf: Option<usize>, near_edges: &[Lacking]) -> Result<Parts, Error> {
-        let (optics, channels) = (self.optics(), self.system.channels.len());
+        let (optics, channels) = (self.optics(), self.channels().len());
         let weight = self.whole_weight();
         let need = Need {
             field: &self.radiosity.field,
@@ -241,9 +241,9 @@ impl Solution {
             neglected: vec![0.0; channels],
         };
         for (root, sight) in self.system.lamps.roots().iter().zip(&lamps) {
-            let emitted = &self.system.surfaces.emitted[self.system.mesh.elements()[*root].face()];
+            let emitted = &self.system.surfaces.emitted[self.element(*root).face()];
             let coefficients: Vec<&[f64]> = emitted.chunks_exact(1).collect();
-            let of_lamp = self.gradients_from((*root, self.system.mesh.basis(*root)), sight, station, &coefficients)?;
+            let of_lamp = self.gradients_from((*root, self.basis(*root)), sight, station, &coefficients)?;
             parts.gradient.iter_mut().zip(of_lamp).for_each(|(sum, of)| *sum += of);
         }
         links.iter().try_for_each(|link| self.add_gradient_of(station, link, &mut parts))?;
@@ -267,7 +267,7 @@ impl Solution {
     fn add_gradient_of(&self, station: &Station, link: &Link, parts: &mut Parts) -> Result<(), Error> {
         let (row, mut open) = (&link.rows[0], vec![link.source]);
         while let Some(source) = open.pop() {
-            let element = &self.system.mesh.elements()[source];
+            let element = self.element(source);
             if let Some(first) = element.children().filter(|_| element.nearness_to(station.point) > NEAR) {
                 open.extend(first..first + 4);
                 continue;
@@ -296,11 +296,11 @@ impl Solution {
         steep: f64,
         parts: &mut Parts,
     ) -> Result<(), Error> {
-        let (basis, element) = (self.system.mesh.basis(source), &self.system.mesh.elements()[source]);
+        let (basis, element) = (self.basis(source), self.element(source));
         let sight = self.sight_from(station, source, sight)?;
         let with_error = |channel: usize| -> Vec<f64> {
-            let held = self.radiosity.field.coefficients(source, channel, basis.len());
-            let field_error = self.known_error().map(|error| error.coefficients(source, channel, basis.len()));
+            let held = self.radiosity.field.coefficients(source, channel);
+            let field_error = self.known_error().map(|error| error.coefficients(source, channel));
             field_error.map_or_else(
                 || held.to_vec(),
                 |field_error| held.iter().zip(field_error).map(|(held, field_error)| held + field_error).collect(),
@@ -352,7 +352,7 @@ impl Solution {
         let mut total = 0.0;
         for (size, leaf_error) in near {
             total += size;
-            let element = &self.system.mesh.elements()[leaf_error.leaf];
+            let element = self.element(leaf_error.leaf);
             if total > little * little {
                 let sampled = self.gradient_of_samples(station, (leaf_error.leaf, &leaf_error.sight), near_edges)?;
                 for (channel, Sampled { gradient, squared_error }) in sampled.into_iter().enumerate() {
@@ -394,8 +394,7 @@ impl Solution {
 
     /// The gradient of the light through clusters, projected on a receiver.
     fn gradient_of_clusters(&self, receiver: usize, channel: usize, point: DVec3) -> DVec3 {
-        let (far, basis, element) =
-            (&self.system.far[receiver], self.system.mesh.basis(receiver), &self.system.mesh.elements()[receiver]);
+        let (far, basis, element) = (&self.system.far[receiver], self.basis(receiver), self.element(receiver));
         if far.is_empty() {
             return DVec3::ZERO;
         }
@@ -414,8 +413,7 @@ impl Solution {
     /// The part of the irradiance of all else, at a point of a receiver.
     pub(crate) fn reflected_gradient_at(&self, receiver: usize, point: DVec3) -> Result<Vec<DVec3>, Error> {
         let coefficients = |source: usize| {
-            let len = self.mesh().basis(source).len();
-            (0..self.channels().len()).map(|channel| self.radiosity.field.coefficients(source, channel, len)).collect()
+            (0..self.channels().len()).map(|channel| self.radiosity.field.coefficients(source, channel)).collect()
         };
         let links = self.system.links[receiver].iter();
         self.gradient_of(receiver, point, links.map(|link| (link.source, &link.sight, coefficients(link.source))))
@@ -432,7 +430,7 @@ impl Solution {
         let (station, normal) = (Station::on(element, point), element.polygon().normal());
         let mut sums = vec![DVec3::ZERO; self.channels().len()];
         for (source, sight, coefficients) in sources {
-            let gradients = self.gradients_from((source, self.system.mesh.basis(source)), sight, &station, &coefficients)?;
+            let gradients = self.gradients_from((source, self.basis(source)), sight, &station, &coefficients)?;
             sums.iter_mut().zip(gradients).for_each(|(sum, gradient)| *sum += gradient.reject_from_normalized(normal));
         }
         Ok(sums)
@@ -447,7 +445,7 @@ impl Solution {
         station: &Station,
         coefficients: &[&[f64]],
     ) -> Result<Vec<DVec3>, Error> {
-        let source = &self.system.mesh.elements()[source_index];
+        let source = self.element(source_index);
         self.gradients_of((source, basis), &self.sight_from(station, source_index, sight)?, station, coefficients)
     }
 

@@ -4,7 +4,6 @@ use radgrad_scene::{largest, smallest};
 use rayon::prelude::*;
 
 use crate::estimate::residual::{Residual, Residuals};
-use crate::field::gathering::irradiance;
 use crate::mesh::Sight;
 use crate::solve::solution::Solution;
 
@@ -15,13 +14,13 @@ impl Solution {
         if residual.mean_detail() == 0.0 {
             return residual.mean();
         }
-        let size = smallest(self.system.mesh.elements()[element].radius() / self.system.extent, 1.0);
-        let fades: f64 = std::iter::repeat_n(size, self.system.mesh.basis(element).degree() + 1).product();
+        let size = smallest(self.element(element).radius() / self.system.extent, 1.0);
+        let fades: f64 = std::iter::repeat_n(size, self.basis(element).degree() + 1).product();
         residual.mean() + residual.mean_detail() * fades
     }
 
     pub(super) fn residual_on_leaf(&self, leaf: usize, channel: usize) -> Residual {
-        let (element, basis) = (&self.system.mesh.elements()[leaf], self.system.mesh.basis(leaf));
+        let (element, basis) = (self.element(leaf), self.basis(leaf));
         let rho = self.system.surfaces.reflectance[element.face()][channel];
         let mut residual = Residual::project(element, basis, &self.direct_samples(leaf, channel));
         if let Some(pattern) = self.system.surfaces.pattern(leaf, channel) {
@@ -43,16 +42,16 @@ impl Solution {
     pub(super) fn unseen_on(&self, leaf: usize) -> Option<Vec<[f64; 2]>> {
         let lamps: Vec<(usize, &[usize])> = self.radiosity.direct[leaf].unseen(&self.system.lamps).collect();
         let unseen_in = |channel: usize| {
-            let emitted = |root: usize| self.system.surfaces.emitted[self.system.mesh.elements()[root].face()][channel];
+            let emitted = |root: usize| self.system.surfaces.emitted[self.element(root).face()][channel];
             let sources = lamps.iter().map(|&(root, faces)| (root, faces, emitted(root)));
             self.outlined().unseen(leaf, sources)
         };
-        (!lamps.is_empty()).then(|| (0..self.system.channels.len()).map(unseen_in).collect())
+        (!lamps.is_empty()).then(|| (0..self.channels().len()).map(unseen_in).collect())
     }
 
     /// Projection residuals of direct light, everywhere.
     pub(super) fn residuals_of_direct(&self) -> Residuals {
-        let channels = self.system.channels.len();
+        let channels = self.channels().len();
         if self.radiosity.direct.is_empty() {
             return vec![vec![Residual::default(); channels]; self.system.mesh.elements().len()];
         }
@@ -64,20 +63,19 @@ impl Solution {
 
     /// Projection residuals of reflected light on receivers, everywhere.
     pub(super) fn residuals_of_reflected(&self) -> Residuals {
-        let channels = self.system.channels.len();
+        let channels = self.channels().len();
         let on_receiver = |&receiver: &usize| (0..channels).map(|channel| self.residual_on_receiver(receiver, channel)).collect();
         let residuals = self.system.receivers.par_iter().map(on_receiver).collect();
         Residual::everywhere(&self.system.mesh, &self.system.receivers, residuals, channels)
     }
 
     fn residual_on_receiver(&self, receiver: usize, channel: usize) -> Residual {
-        let (element, basis, links) =
-            (&self.system.mesh.elements()[receiver], self.system.mesh.basis(receiver), &self.system.links[receiver]);
+        let (element, basis, links) = (self.element(receiver), self.basis(receiver), &self.system.links[receiver]);
         let (rho, emitted) =
             (self.system.surfaces.reflectance[element.face()][channel], self.system.surfaces.emitted[element.face()][channel]);
         let emitted = if self.is_lamp(element.face()) { 0.0 } else { emitted };
         let far = &self.system.far[receiver];
-        let at_nodes = irradiance(&self.system.mesh, &self.radiosity.field, links, far, channel, basis.nodes().len());
+        let at_nodes = self.system.irradiance(&self.radiosity.field, receiver, channel);
         let samples: Vec<f64> = at_nodes.iter().map(|h| rho * h).collect();
         let mut residual = Residual::project(element, basis, &samples);
 
@@ -97,11 +95,8 @@ impl Solution {
             // All samples are 0, and say nothing of light between the nodes.
             let past = links.iter().filter(|link| matches!(link.sight, Sight::Past(_)));
             let size = |source: usize| {
-                self.system.mesh.basis(source).magnitude(self.radiosity.field.coefficients(
-                    source,
-                    channel,
-                    self.system.mesh.basis(source).len(),
-                )) + self.radiosity.field.left_out(source, channel)
+                self.basis(source).magnitude(self.radiosity.field.coefficients(source, channel))
+                    + self.radiosity.field.left_out(source, channel)
             };
             let sources = past.map(|link| (link.source, link.sight.faces(), size(link.source)));
             let unseen = self.outlined().unseen(receiver, sources);
@@ -113,11 +108,7 @@ impl Solution {
             for link in links {
                 let row = &link.rows[node];
                 neglected += self.radiosity.field.neglected(&self.system.mesh, link.source, channel, row);
-                let size = row.likely_error_of(self.radiosity.field.coefficients(
-                    link.source,
-                    channel,
-                    self.system.mesh.basis(link.source).len(),
-                ));
+                let size = row.likely_error_of(self.radiosity.field.coefficients(link.source, channel));
                 if matches!(link.sight, Sight::Past(_)) { past += size } else { clear += size }
             }
             // The sums themselves round.

@@ -38,19 +38,17 @@ impl Solution {
         };
         for (&receiver, (links, far)) in new.iter().zip(links) {
             (self.system.links[receiver], self.system.far[receiver]) = (links, far);
-            let basis = self.system.mesh.basis(receiver);
+            let basis = self.basis(receiver);
             let len = basis.len();
-            let restricted = |channel: usize| match self.system.mesh.elements()[receiver].parent().map(|p| &self.radiosity.own[p])
-            {
+            let restricted = |channel: usize| match self.element(receiver).parent().map(|p| &self.radiosity.own[p]) {
                 Some(own) if !own.is_empty() => {
                     basis.restrict(self.system.mesh.child(receiver), &own[channel * len..(channel + 1) * len])
                 }
                 _ => vec![0.0; len],
             };
-            self.radiosity.own[receiver] = (0..self.system.channels.len()).flat_map(restricted).collect();
+            self.radiosity.own[receiver] = (0..self.channels().len()).flat_map(restricted).collect();
         }
-        let mut receives = vec![false; self.system.links.len()];
-        self.system.receivers.iter().for_each(|&receiver| receives[receiver] = true);
+        let receives = self.system.receives();
         for index in (0..self.system.links.len()).filter(|&index| !receives[index]) {
             (self.system.links[index], self.system.far[index]) = (Vec::new(), Far::default());
             self.radiosity.own[index] = Vec::new();
@@ -65,7 +63,7 @@ impl Solution {
         }
         let optics = self.optics();
         let of_parent = |element: usize| {
-            let parent = self.system.mesh.elements()[element].parent().filter(|&parent| self.gathers(parent))?;
+            let parent = self.element(element).parent().filter(|&parent| self.gathers(parent))?;
             Some((&self.system.links[parent][..], &self.system.far[parent]))
         };
         let mean_area = self.mean_area();
@@ -88,7 +86,7 @@ impl Solution {
         if self.system.mesh.clusters().root().is_none() {
             return WITHOUT_ORDER;
         }
-        WITHOUT_ORDER * (mean_area / self.system.mesh.elements()[receiver].area()).sqrt().clamp(FINER, ROUGHER)
+        WITHOUT_ORDER * (mean_area / self.element(receiver).area()).sqrt().clamp(FINER, ROUGHER)
     }
 
     /// The mean area of receivers.
@@ -98,7 +96,7 @@ impl Solution {
 
     /// The weight of an error of the irradiance, relative to the reference of errors.
     fn weight(&self, receiver: usize) -> Vec<f64> {
-        let mut weight = self.weight_of(&self.system.surfaces.reflectance[self.system.mesh.elements()[receiver].face()]);
+        let mut weight = self.weight_of(self.reflectance_of(receiver));
         weight.iter_mut().enumerate().for_each(|(channel, weight)| *weight *= self.carefully(receiver, channel));
         weight
     }
@@ -110,7 +108,7 @@ impl Solution {
 
     /// The same where all of the irradiance counts.
     pub(super) fn whole_weight(&self) -> Vec<f64> {
-        self.weight_of(&vec![1.0; self.system.channels.len()])
+        self.weight_of(&vec![1.0; self.channels().len()])
     }
 
     /// Refines links of all receivers, until there is no time. Returns whether any was.

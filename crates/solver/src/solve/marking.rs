@@ -22,7 +22,6 @@ use radgrad_core::DVec3;
 
 use crate::error::Error;
 use crate::field::Field;
-use crate::field::gathering::irradiance;
 use crate::links::station::Station;
 use crate::mesh::shape::Shape;
 use crate::solve::samples::Samples;
@@ -38,41 +37,36 @@ impl Solution {
     /// Samples of direct light on a leaf.
     pub(crate) fn direct_on(&self, leaf: usize) -> Result<Samples, Error> {
         let lit = &self.radiosity.direct[leaf].nodes;
-        let nodes = (0..self.system.channels.len()).map(|channel| lit.iter().map(|lit| lit.irradiance[channel]).collect());
+        let nodes = (0..self.channels().len()).map(|channel| lit.iter().map(|lit| lit.irradiance[channel]).collect());
         let corner = |point| Ok((self.direct_at(leaf, point)?, self.direct_gradient_at(leaf, point)?));
         Ok(Samples { nodes: nodes.collect(), corners: self.at_corners(leaf, corner)? })
     }
 
     /// Samples of reflected light on a receiver.
     pub(crate) fn reflected_on(&self, receiver: usize) -> Result<Samples, Error> {
-        let count = self.system.mesh.basis(receiver).nodes().len();
-        let at_nodes = |channel| {
-            irradiance(
-                &self.system.mesh,
-                &self.radiosity.field,
-                &self.system.links[receiver],
-                &self.system.far[receiver],
-                channel,
-                count,
-            )
+        let at_nodes = |channel| self.system.irradiance(&self.radiosity.field, receiver, channel);
+        let weight = self.whole_weight();
+        let corner = |point| {
+            Ok((
+                self.gathered_at((&self.radiosity.field, &weight), receiver, point)?,
+                self.reflected_gradient_at(receiver, point)?,
+            ))
         };
-        let corner =
-            |point| Ok((self.gathered_at(&self.radiosity.field, receiver, point)?, self.reflected_gradient_at(receiver, point)?));
-        let nodes = (0..self.system.channels.len()).map(at_nodes).collect();
+        let nodes = (0..self.channels().len()).map(at_nodes).collect();
         Ok(Samples { nodes, corners: self.at_corners(receiver, corner)? })
     }
 
     fn at_corners<T>(&self, element: usize, of: impl Fn(DVec3) -> Result<T, Error>) -> Result<Vec<T>, Error> {
-        if self.system.mesh.basis(element).degree() >= CUBIC {
+        if self.basis(element).degree() >= CUBIC {
             return Ok(Vec::new());
         }
-        let element = &self.system.mesh.elements()[element];
+        let element = self.element(element);
         element.polygon().vertices().iter().map(|&corner| of(corner + (element.centre() - corner) * INWARD)).collect()
     }
 
     /// Mean square over an element of the projection residual of a light, relative to the mean radiosity, summed over channels.
     pub(crate) fn mean_square_residual(&self, element: usize, light: &Samples) -> f64 {
-        let (basis, element) = (self.system.mesh.basis(element), &self.system.mesh.elements()[element]);
+        let (basis, element) = (self.basis(element), self.element(element));
         let (lines, part): (&[[usize; 2]], f64) = match element.shape() {
             Shape::Parallelogram => (&[[0, 1], [2, 3], [1, 2], [3, 0]], 0.5),
             Shape::Triangle => (&[[0, 1], [1, 2], [2, 0]], 1.0 / 3.0),
@@ -95,7 +89,7 @@ impl Solution {
 
     /// Irradiance of lamps at a point of a leaf.
     pub(super) fn direct_at(&self, leaf: usize, point: DVec3) -> Result<Vec<f64>, Error> {
-        let station = Station::on(&self.system.mesh.elements()[leaf], point);
+        let station = Station::on(self.element(leaf), point);
         Ok(self
             .system
             .lamps
@@ -103,16 +97,21 @@ impl Solution {
             .irradiance)
     }
 
-    /// Irradiance of a light at a point of a receiver, by its links; like the gradient without light through clusters.
-    pub(super) fn gathered_at(&self, light: &Field, receiver: usize, point: DVec3) -> Result<Vec<f64>, Error> {
-        let (optics, station) = (self.optics(), Station::on(&self.system.mesh.elements()[receiver], point));
+    /// Irradiance of a light at a point of a receiver, by its links, the errors of which have these weights; like the gradient without light
+    /// through clusters.
+    pub(super) fn gathered_at(
+        &self,
+        (light, weight): (&Field, &[f64]),
+        receiver: usize,
+        point: DVec3,
+    ) -> Result<Vec<f64>, Error> {
+        let (optics, station) = (self.optics(), Station::on(self.element(receiver), point));
         let mut sums = vec![0.0; self.channels().len()];
-        let weight = self.whole_weight();
         for link in &self.system.links[receiver] {
-            let count = self.system.mesh.basis(link.source).len();
-            let row = optics.for_light(light, link.source, &weight).receive(&station, link.source, &link.sight, count)?;
+            let count = self.basis(link.source).len();
+            let row = optics.for_light(light, link.source, weight).receive(&station, link.source, &link.sight, count)?;
             for (channel, sum) in sums.iter_mut().enumerate() {
-                *sum += light.coefficients(link.source, channel, count).iter().zip(&row.values).map(|(c, v)| c * v).sum::<f64>();
+                *sum += light.coefficients(link.source, channel).iter().zip(&row.values).map(|(c, v)| c * v).sum::<f64>();
             }
         }
         Ok(sums)

@@ -44,9 +44,9 @@ impl Solution {
         (leaf, sight): (usize, &Sight),
         near_edges: &[Lacking],
     ) -> Result<Vec<Sampled>, Error> {
-        let element = &self.system.mesh.elements()[leaf];
+        let element = self.element(leaf);
         let basis = Basis::linear(element.shape());
-        let mut gradients = vec![Sampled::default(); self.system.channels.len()];
+        let mut gradients = vec![Sampled::default(); self.channels().len()];
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cast saturates, and the limits are small")]
         let divisions = (self.budget.asked.log(0.25).ceil() as u32).clamp(DIVISIONS[0], DIVISIONS[1]);
         let mut open = element.divided(leaf, basis)?;
@@ -93,12 +93,12 @@ impl Solution {
             let values: Vec<f64> = samples.iter().map(|sample| sample.as_ref().map_or(mean, value)).collect();
             basis.project(&values)
         };
-        Ok(Some((0..self.system.channels.len()).map(of_channel).collect()))
+        Ok(Some((0..self.channels().len()).map(of_channel).collect()))
     }
 
     /// The error `C - q` of a place of a leaf, with the terms of edges near by; `None` if q is not known.
     pub(super) fn defect_at(&self, leaf: usize, place: DVec3, near_edges: &[Lacking]) -> Result<Sample, Error> {
-        let face = self.system.mesh.elements()[leaf].face();
+        let face = self.element(leaf).face();
         let sample = || {
             let Some(taken) = self.taken_at(face, place) else { return Ok(None) };
             let [_, radiosity] = self.corrected_at(leaf, place)?;

@@ -5,7 +5,6 @@ use radgrad_scene::{Placement, Warning, largest};
 
 use crate::estimate::ledger::Ledger;
 use crate::field::Field;
-use crate::field::gathering::irradiance;
 use crate::mesh::Mesh;
 use crate::once::made;
 use crate::solve::options::Progress;
@@ -97,30 +96,29 @@ impl Solution {
                 + direct[leaf][c].whole()
                 + reflected[receiver][c].whole()
         };
-        (0..self.system.channels.len()).map(ledger).collect()
+        (0..self.channels().len()).map(ledger).collect()
     }
 
     /// Value of the polynomial on a leaf, in a channel; no less than [`Self::least_on`].
     #[must_use]
     pub fn value_on(&self, leaf: usize, channel: usize, reference: [f64; 2]) -> f64 {
-        let (basis, face) = (self.system.mesh.basis(leaf), self.system.mesh.elements()[leaf].face());
+        let (basis, face) = (self.basis(leaf), self.element(leaf).face());
         let values = basis.values(reference);
-        let sent: f64 =
-            self.radiosity.field.coefficients(leaf, channel, basis.len()).iter().zip(values).map(|(c, v)| c * v).sum();
+        let sent: f64 = self.radiosity.field.coefficients(leaf, channel).iter().zip(values).map(|(c, v)| c * v).sum();
         largest(sent + self.lamp_on(face, channel), self.least_on(leaf, channel))
     }
 
     /// The least radiosity that there can be on a leaf: the emission of its face, if it emits evenly, and 0 else.
     #[must_use]
     pub fn least_on(&self, leaf: usize, channel: usize) -> f64 {
-        let face = self.system.mesh.elements()[leaf].face();
+        let face = self.element(leaf).face();
         if self.system.surfaces.glows_by_texture(face) { 0.0 } else { self.system.surfaces.emitted[face][channel] }
     }
 
     /// Coefficients of the polynomial on a leaf, with its emission as a lamp, in a channel.
     pub(crate) fn coefficients_on(&self, leaf: usize, channel: usize) -> Vec<f64> {
-        let mut coefficients = self.radiosity.field.coefficients(leaf, channel, self.system.mesh.basis(leaf).len()).to_vec();
-        coefficients[0] += self.lamp_on(self.system.mesh.elements()[leaf].face(), channel);
+        let mut coefficients = self.radiosity.field.coefficients(leaf, channel).to_vec();
+        coefficients[0] += self.lamp_on(self.element(leaf).face(), channel);
         coefficients
     }
 
@@ -137,13 +135,12 @@ impl Solution {
     /// What a leaf's receiver gathers of a light, as a polynomial on the leaf: its coefficients.
     pub(super) fn gathered_polynomial(&self, light: &Field, leaf: usize, channel: usize) -> Vec<f64> {
         let receiver = self.receiver_of(leaf);
-        let above = self.system.mesh.basis(receiver);
-        let (links, far) = (&self.system.links[receiver], &self.system.far[receiver]);
-        let at_nodes = irradiance(&self.system.mesh, light, links, far, channel, above.nodes().len());
+        let above = self.basis(receiver);
+        let at_nodes = self.system.irradiance(light, receiver, channel);
         let mut path: Vec<usize> = Vec::new();
         let mut ancestor = leaf;
         while ancestor != receiver
-            && let Some(parent) = self.system.mesh.elements()[ancestor].parent()
+            && let Some(parent) = self.element(ancestor).parent()
         {
             path.push(ancestor);
             ancestor = parent;
@@ -157,7 +154,7 @@ impl Solution {
     /// `irradiance` is that of [`Self::irradiance_on`].
     #[must_use]
     pub fn textured_on(&self, leaf: usize, channel: usize, irradiance: &[f64], reference: [f64; 2]) -> f64 {
-        let (basis, element) = (self.system.mesh.basis(leaf), &self.system.mesh.elements()[leaf]);
+        let (basis, element) = (self.basis(leaf), self.element(leaf));
         let [rho, emitted] = self.system.surfaces.reflectance_and_emission(element.face(), element.point(reference));
         let received: f64 = irradiance.iter().zip(basis.values(reference)).map(|(c, v)| c * v).sum();
         emitted[channel] + rho[channel] * received
@@ -166,19 +163,19 @@ impl Solution {
     /// Gradient of the polynomial on a leaf over the leaf's plane, in a channel; in the unit of length of [`Self::placement`].
     #[must_use]
     pub fn gradient_on(&self, leaf: usize, channel: usize, reference: [f64; 2]) -> DVec3 {
-        let basis = self.system.mesh.basis(leaf);
-        let coefficients = self.radiosity.field.coefficients(leaf, channel, basis.len());
+        let basis = self.basis(leaf);
+        let coefficients = self.radiosity.field.coefficients(leaf, channel);
         let slopes = basis.slopes(reference);
         let along = |k: usize| coefficients.iter().zip(&slopes).map(|(c, s)| c * s[k]).sum::<f64>();
-        self.system.mesh.elements()[leaf].gradient([along(0), along(1)])
+        self.element(leaf).gradient([along(0), along(1)])
     }
 
     /// Estimate of the length of the error of [`Self::gradient_on`]: the gradient of the next degree, which the samples at the
     /// nodes have, and their part beyond it over the leaf's radius.
     #[must_use]
     pub fn gradient_estimate_on(&self, leaf: usize, channel: usize, reference: [f64; 2]) -> f64 {
-        let (element, detail) = (&self.system.mesh.elements()[leaf], &self.details()[leaf][channel]);
-        let Some(above) = self.system.mesh.basis(leaf).above() else { return f64::INFINITY };
+        let (element, detail) = (self.element(leaf), &self.details()[leaf][channel]);
+        let Some(above) = self.basis(leaf).above() else { return f64::INFINITY };
         let slopes = above.slopes(reference);
         let along = |k: usize| detail.coefficients.iter().zip(&slopes).map(|(c, s)| c * s[k]).sum::<f64>();
         element.gradient([along(0), along(1)]).length() + detail.truncation * (above.degree() as f64) / element.radius()

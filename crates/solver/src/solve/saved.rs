@@ -1,9 +1,7 @@
-//! A solution as bytes, of which it is made again without solving: what is asked of it then has the same digits.
+//! A solution as bytes, of which it is made again without solving: queries to it then have the same digits.
 //!
 //! The mesh follows from the scene, how faces were cut and which elements were divided, and so do bases, lamps, textures and lines of
-//! faces. Links, light, estimates and what the rounds found are written as they are. What is made when it is first asked for is made again.
-
-use std::sync::OnceLock;
+//! faces. Links, light, estimates and the findings of the rounds are written as they are. Caches are filled again.
 
 use radgrad_scene::{Prepared, Scene};
 
@@ -19,8 +17,37 @@ use crate::solve::options::Options;
 use crate::solve::served::Served;
 use crate::solve::solution::Solution;
 
-/// What the bytes begin with: it changes with their meaning.
-const HEAD: &[u8; 16] = b"radgrad solved 1";
+/// The first bytes: they change with their meaning.
+const HEAD: &[u8; 16] = b"radgrad solved 2";
+
+/// Fields as they are written and read, one after the other.
+macro_rules! findings {
+    ($($part:ident.$field:ident),* $(,)?) => {
+        impl Solution {
+            /// Writes the findings of rounds.
+            fn put_findings(&self, to: &mut Vec<u8>) {
+                $(self.$part.$field.put(to);)*
+                self.progress.put(to);
+            }
+
+            /// Reads them.
+            fn take_findings(&mut self, from: &mut &[u8]) -> Option<()> {
+                $(self.$part.$field = Bytes::take(from)?;)*
+                self.progress = Bytes::take(from)?;
+                Some(())
+            }
+        }
+    };
+}
+
+findings! {
+    radiosity.direct, radiosity.field, radiosity.own, radiosity.unseen, radiosity.mean, radiosity.reflected,
+    system.links, system.far, system.receivers, system.extent,
+    refinement.served, refinement.direct_residual,
+    error_estimate.mean, error_estimate.residuals, error_estimate.weights, error_estimate.shares,
+    caches.estimated, caches.importance, caches.known_error,
+    budget.absolute, budget.past, budget.asked, budget.allowed, budget.clock, budget.cells,
+}
 
 impl Solution {
     /// The solution as bytes, for this version of the program and the same scene.
@@ -44,40 +71,10 @@ impl Solution {
         self.system.mesh.bases()[0].degree().put(&mut to);
         self.system.mesh.given().put(&mut to);
         self.system.mesh.divisions().put(&mut to);
-        self.radiosity.direct.put(&mut to);
-        self.radiosity.field.put(&mut to);
-        self.radiosity.own.put(&mut to);
-        self.system.links.put(&mut to);
-        self.system.far.put(&mut to);
-        self.system.receivers.put(&mut to);
-        self.refinement.served.put(&mut to);
-        self.error_estimate.put(&mut to);
-        self.caches.estimated.get().cloned().put(&mut to);
-        self.caches.importance.get().cloned().put(&mut to);
-        self.caches.known_error.get().cloned().put(&mut to);
-        self.radiosity.unseen.put(&mut to);
-        self.numbers().put(&mut to);
-        self.budget.clock.is_over().put(&mut to);
-        self.budget.cells.put(&mut to);
-        self.progress.put(&mut to);
-        self.radiosity.mean.put(&mut to);
-        self.radiosity.reflected.put(&mut to);
+        self.put_findings(&mut to);
         let head = [&HEAD[..], &checksum(&to).to_le_bytes()].concat();
         to.splice(0..0, head);
         to
-    }
-
-    fn numbers(&self) -> [f64; 7] {
-        let [past, late] = self.budget.past;
-        [
-            self.refinement.direct_residual,
-            self.system.extent,
-            self.budget.absolute,
-            past,
-            late,
-            self.budget.asked,
-            self.budget.allowed,
-        ]
     }
 
     /// The solution of a scene that was made into bytes.
@@ -107,58 +104,31 @@ impl Solution {
         let options = Options { degree: Some(degree), ..Options::default() };
         let mut solution = dark(&ready, &options, (mesh, Served::default()), Clock::started())?;
         solution.system.surfaces.grow(&solution.system.mesh);
-        solution.fill(from).ok_or_else(cut_short)?;
+        solution.take_findings(from).ok_or_else(cut_short)?;
         if !(from.is_empty() && solution.is_whole()) {
             return Err(refused("they are those of another scene"));
         }
         Ok(solution)
     }
 
-    /// Takes what rounds found.
-    fn fill(&mut self, from: &mut &[u8]) -> Option<()> {
-        self.radiosity.direct = Bytes::take(from)?;
-        self.radiosity.field = Bytes::take(from)?;
-        self.radiosity.own = Bytes::take(from)?;
-        self.system.links = Bytes::take(from)?;
-        self.system.far = Bytes::take(from)?;
-        self.system.receivers = Bytes::take(from)?;
-        self.refinement.served = Bytes::take(from)?;
-        self.error_estimate = Bytes::take(from)?;
-        self.caches.estimated = once(Bytes::take(from)?);
-        self.caches.importance = once(Bytes::take(from)?);
-        self.caches.known_error = once(Bytes::take(from)?);
-        self.radiosity.unseen = Bytes::take(from)?;
-        let [direct_residual, extent, absolute, past, late, asked, allowed] = Bytes::take(from)?;
-        (self.refinement.direct_residual, self.system.extent, self.budget.absolute, self.budget.past) =
-            (direct_residual, extent, absolute, [past, late]);
-        (self.budget.asked, self.budget.allowed) = (asked, allowed);
-        self.budget.clock = Clock::that_ended(Bytes::take(from)?);
-        self.budget.cells = Bytes::take(from)?;
-        self.progress = Bytes::take(from)?;
-        (self.radiosity.mean, self.radiosity.reflected) = (Bytes::take(from)?, Bytes::take(from)?);
-        Some(())
-    }
-
     /// Whether all that was taken is of this mesh.
     fn is_whole(&self) -> bool {
-        let (elements, channels) = (self.system.mesh.elements().len(), self.system.channels.len());
+        let (elements, channels) = (self.system.mesh.elements().len(), self.channels().len());
         let (faces, clusters) = (self.system.mesh.polygons().len(), self.system.mesh.clusters().clusters().len());
-        let coefficients = |element: usize| self.system.mesh.basis(element).len() * channels;
+        let coefficients = |element: usize| self.basis(element).len() * channels;
         let is_sight = |sight: &Sight| match sight {
             Sight::Nothing(face) => face.is_none_or(|face| face < faces),
             Sight::Clear => true,
             Sight::Past(hiding) => hiding.iter().all(|face| *face < faces),
         };
         let is_link = |receiver: usize, link: &Link| {
-            link.source < elements
-                && is_sight(&link.sight)
-                && link.is_of(self.system.mesh.basis(receiver), self.system.mesh.basis(link.source))
+            link.source < elements && is_sight(&link.sight) && link.is_of(self.basis(receiver), self.basis(link.source))
         };
         let is_field = |field: Option<&crate::field::Field>| field.is_none_or(|field| field.is_of(&self.system.mesh, channels));
         [self.radiosity.own.len(), self.system.links.len(), self.system.far.len()].iter().all(|length| *length == elements)
             && self.radiosity.own.iter().enumerate().all(|(index, own)| own.is_empty() || own.len() == coefficients(index))
             && self.system.links.iter().enumerate().all(|(receiver, links)| links.iter().all(|link| is_link(receiver, link)))
-            && (0..elements).all(|index| self.system.far[index].is_of(self.system.mesh.basis(index), clusters))
+            && (0..elements).all(|index| self.system.far[index].is_of(self.basis(index), clusters))
             && (self.radiosity.direct.is_empty() && self.system.lamps.is_empty() || self.radiosity.direct.len() == elements)
             && self
                 .radiosity
@@ -173,10 +143,6 @@ impl Solution {
             && self.caches.estimated.get().is_none_or(|of| of.len() == channels)
             && [&self.radiosity.mean, &self.radiosity.reflected].iter().all(|of| of.len() == channels)
     }
-}
-
-fn once<T>(value: Option<T>) -> OnceLock<T> {
-    value.map_or_else(OnceLock::new, OnceLock::from)
 }
 
 #[cfg(test)]

@@ -28,8 +28,7 @@ use radgrad_scene::{largest, smallest};
 use crate::error::Error;
 use crate::estimate::ledger::Ledger;
 use crate::field::Field;
-use crate::field::acceleration::Acceleration;
-use crate::field::gathering::{Equation, ratio};
+use crate::field::gathering::{MOST_SWEEPS, ratio};
 use crate::links::cluster::far::Far;
 use crate::links::link::Link;
 use crate::links::station::Station;
@@ -39,8 +38,7 @@ use crate::mesh::basis::{Basis, dot};
 use crate::once::made;
 use crate::solve::solution::{MeanError, Solution, for_each};
 
-/// Sweeps after which the error is not known, and changes below which it is, relative to its largest source.
-const MOST_SWEEPS: usize = 2000;
+/// Changes below which the error is known, relative to its largest source.
 const SOLVED: f64 = 1e-3;
 
 /// The part of all that sources may give of a detail from which on one is evaluated, and the error that this may have, over the error
@@ -167,7 +165,7 @@ impl Solution {
     }
 
     fn solve_error(&self) -> Result<Option<Field>, Error> {
-        let (mesh, channels) = (&self.system.mesh, self.system.channels.len());
+        let (mesh, channels) = (&self.system.mesh, self.channels().len());
         let mut source = vec![Vec::new(); mesh.elements().len()];
         let mut own = source.clone();
         let emitted = for_each(&self.system.receivers, |receiver| self.error_emitted(receiver))?;
@@ -181,23 +179,15 @@ impl Solution {
             source[receiver] = emitted;
         }
         let mut error = Field::dark(mesh, channels);
-        let (surfaces, receivers) = (&self.system.surfaces, &self.system.receivers[..]);
-        let equation = Equation { mesh, surfaces, receivers, links: &self.system.links, far: &self.system.far, source: &source };
-        let mut acceleration = Acceleration::default();
-        for _ in 0..MOST_SWEEPS {
-            if equation.sweep(&mut error, &mut own, &scale) <= SOLVED {
-                error.pull(mesh);
-                return Ok(Some(error));
-            }
-            acceleration.after_sweep(&equation, &mut error, &mut own, channels);
-        }
-        Ok(None)
+        let equation = self.system.equation(&source);
+        let (_, change) = equation.solve((&mut error, &mut own), (SOLVED, MOST_SWEEPS), scale, |_, _| ());
+        error.pull(mesh);
+        Ok((change <= SOLVED).then_some(error))
     }
 
     /// The projection of `rho G d` on a receiver, as far as a rule for the first degree sees it, channel after channel.
     fn error_emitted(&self, receiver: usize) -> Result<Vec<f64>, Error> {
-        let (element, channels, len) =
-            (&self.system.mesh.elements()[receiver], self.system.channels.len(), self.system.mesh.basis(receiver).len());
+        let (element, channels, len) = (self.element(receiver), self.channels().len(), self.basis(receiver).len());
         let mut emitted = vec![0.0; len * channels];
         if self.system.surfaces.reflectance[element.face()].iter().all(|rho| *rho == 0.0) {
             return Ok(emitted);
@@ -229,7 +219,7 @@ impl Solution {
     fn pieces(&self, station: &Station, source: usize, row: &Row) -> Vec<Piece> {
         let (mut found, mut open) = (Vec::new(), vec![self.whole_of(station, source, row)]);
         while let Some(piece) = open.pop() {
-            match self.system.mesh.elements()[piece.source].children() {
+            match self.element(piece.source).children() {
                 Some(first) if piece.near > NEAR => open.extend(self.children_of(station, &piece, first)),
                 _ => found.push(piece),
             }
@@ -238,10 +228,8 @@ impl Solution {
     }
 
     fn whole_of(&self, station: &Station, source: usize, row: &Row) -> Piece {
-        let count = self.system.mesh.basis(source).len();
-        let linked = (0..self.system.channels.len())
-            .map(|channel| self.radiosity.field.coefficients(source, channel, count).to_vec())
-            .collect();
+        let linked =
+            (0..self.channels().len()).map(|channel| self.radiosity.field.coefficients(source, channel).to_vec()).collect();
         let neglected = |channel| self.radiosity.field.neglected(&self.system.mesh, source, channel, row);
         self.piece(station, (source, row.likely_factor(), row.kernel.smooth), linked, neglected)
     }
@@ -249,10 +237,10 @@ impl Solution {
     fn children_of(&self, station: &Station, piece: &Piece, first: usize) -> Vec<Piece> {
         let child_of = |child: usize| {
             let source = first + child;
-            let mut kernel = Kernel::bound(station, &self.system.mesh.elements()[source]);
+            let mut kernel = Kernel::bound(station, self.element(source));
             kernel.smooth &= piece.is_smooth;
             let factor = smallest(kernel.peak, piece.factor);
-            let linked = piece.linked.iter().map(|of| self.system.mesh.basis(piece.source).restrict(child, of)).collect();
+            let linked = piece.linked.iter().map(|of| self.basis(piece.source).restrict(child, of)).collect();
             let neglected = |channel| self.radiosity.field.neglected_by(&self.system.mesh, source, channel, (factor, &kernel));
             self.piece(station, (source, factor, piece.is_smooth), linked, neglected)
         };
@@ -266,10 +254,10 @@ impl Solution {
         linked: Vec<Vec<f64>>,
         neglected: impl Fn(usize) -> f64,
     ) -> Piece {
-        let (element, basis) = (&self.system.mesh.elements()[source], self.system.mesh.basis(source));
+        let (element, basis) = (self.element(source), self.basis(source));
         let near = element.nearness_to(station.point);
         let falls = if is_smooth { near } else { 1.0 };
-        let channels = self.system.channels.len();
+        let channels = self.channels().len();
         let mut piece = Piece {
             source,
             factor,
@@ -286,7 +274,7 @@ impl Solution {
         };
         for (channel, of) in (0..channels).zip(&self.details()[source]) {
             let sure = of.sure();
-            let held = self.radiosity.field.coefficients(source, channel, basis.len());
+            let held = self.radiosity.field.coefficients(source, channel);
             let differs: Vec<f64> = held.iter().zip(&piece.linked[channel]).map(|(held, linked)| held - linked).collect();
             let detail = power(falls, basis.degree() + 1) * length(&of.coefficients);
             let size = detail + length(&differs);
@@ -321,16 +309,16 @@ impl Solution {
             open.extend(self.pieces(station, source, row).into_iter().map(|piece| (piece, sight)));
         }
         let much = MUCH * open.iter().map(|(piece, _)| relative(&piece.sizes)).sum::<f64>();
-        let mut gathered = vec![Gathered::default(); self.system.channels.len()];
-        let mut touching = vec![Touching::default(); self.system.channels.len()];
-        let mut truncation = vec![Beyond::default(); self.system.channels.len()];
+        let mut gathered = vec![Gathered::default(); self.channels().len()];
+        let mut touching = vec![Touching::default(); self.channels().len()];
+        let mut truncation = vec![Beyond::default(); self.channels().len()];
         while let Some((piece, sight)) = open.pop() {
             let counts = |sizes: &[f64]| relative(sizes) > much;
-            if let Some(first) = self.system.mesh.elements()[piece.source].children().filter(|_| counts(&piece.neglected)) {
+            if let Some(first) = self.element(piece.source).children().filter(|_| counts(&piece.neglected)) {
                 open.extend(self.children_of(station, &piece, first).into_iter().map(|piece| (piece, sight)));
                 continue;
             }
-            let is_known = piece.near == 1.0 && beside == Some(self.system.mesh.elements()[piece.source].face());
+            let is_known = piece.near == 1.0 && beside == Some(self.element(piece.source).face());
             for (channel, (gathered, truncation)) in gathered.iter_mut().zip(&mut truncation).enumerate().filter(|_| !is_known) {
                 gathered.squared_error += square(piece.along[channel]);
                 truncation.most += square(piece.truncation[channel]);
@@ -339,7 +327,7 @@ impl Solution {
                 gathered.iter_mut().zip(&piece.sizes).for_each(|(gathered, size)| gathered.squared_error += square(*size));
                 continue;
             }
-            let Some(above) = self.system.mesh.basis(piece.source).above() else { continue };
+            let Some(above) = self.basis(piece.source).above() else { continue };
             let sizes: Vec<f64> = piece.differs.iter().zip(&piece.detail).map(|(a, b)| length(a) + length(b)).collect();
             let row = optics.for_brightness(relative(&sizes)).receive_of(station, (piece.source, above), sight, above.len())?;
             for (channel, gathered) in gathered.iter_mut().enumerate() {
@@ -359,7 +347,7 @@ impl Solution {
                 truncation[channel].found += square(detail);
                 truncation[channel].of_details += square(piece.by_kernel[channel]);
                 if piece.near == 1.0 {
-                    let rho = self.system.surfaces.reflectance[self.system.mesh.elements()[piece.source].face()][channel];
+                    let rho = self.system.reflectance(piece.source, channel);
                     touching[channel].add(error, piece.factor, rho);
                 }
             }
@@ -386,15 +374,14 @@ impl Solution {
             let (mut propagated, mut reflected, mut unseen) = (gathered(error), gathered(&self.radiosity.field), 0.0);
             let mut beside_carried = 0.0;
             for Term { source, row, .. } in terms.clone() {
-                let len = self.system.mesh.basis(source).len();
-                let of_error = dot(error.coefficients(source, channel, len), &row.values);
-                if beside == Some(self.system.mesh.elements()[source].face()) {
+                let of_error = dot(error.coefficients(source, channel), &row.values);
+                if beside == Some(self.element(source).face()) {
                     beside_carried += of_error;
                 } else {
                     propagated += of_error;
                 }
                 // The emission of faces has no error.
-                reflected += dot(self.radiosity.field.coefficients(source, channel, len), &row.values)
+                reflected += dot(self.radiosity.field.coefficients(source, channel), &row.values)
                     - dot(&self.emitted_on(source, channel), &row.values);
                 unseen +=
                     row.likely_factor() * self.error_estimate.residuals.iter().map(|of| of[source][channel].unseen).sum::<f64>();

@@ -13,8 +13,7 @@ use rayon::prelude::*;
 
 use crate::error::Error;
 use crate::field::Field;
-use crate::field::acceleration::Acceleration;
-use crate::field::gathering::{Equation, ratio};
+use crate::field::gathering::ratio;
 use crate::links::cluster::far::Far;
 use crate::links::transfer::Row;
 use crate::solve::gather::Sum;
@@ -56,7 +55,7 @@ impl Solution {
         }
         let views = self.refinement.served.points.par_iter().filter_map(|&point| self.seen_from(point).transpose());
         let views: Vec<Seen> = views.collect::<Result<_, Error>>()?;
-        let (channels, mesh) = (self.system.channels.len(), &self.system.mesh);
+        let (channels, mesh) = (self.channels().len(), &self.system.mesh);
         let count = views.len() as f64;
         let reflected = (0..channels).map(|channel| views.iter().map(|point| point.reflected[channel] / count).sum()).collect();
         let source = self.source_of_importance(&views);
@@ -65,21 +64,7 @@ impl Solution {
         let scale: Vec<f64> = (0..channels).map(scale).collect();
         let mut own: Vec<Vec<f64>> = source.iter().map(|of| vec![0.0; of.len()]).collect();
         let mut sent = Field::dark(mesh, channels);
-        let equation = Equation {
-            mesh,
-            surfaces: &self.system.surfaces,
-            receivers: &self.system.receivers,
-            links: &self.system.links,
-            far: &self.system.far,
-            source: &source,
-        };
-        let mut acceleration = Acceleration::default();
-        for _ in 0..MOST_SWEEPS {
-            if equation.sweep(&mut sent, &mut own, &scale) <= SOLVED {
-                break;
-            }
-            acceleration.after_sweep(&equation, &mut sent, &mut own, channels);
-        }
+        self.system.equation(&source).solve((&mut sent, &mut own), (SOLVED, MOST_SWEEPS), scale, |_, _| ());
         // Black receivers leave nothing out.
         let importance_on = |receiver: usize, channel: usize| match self.reflectance_of(receiver)[channel] {
             0.0 => 0.0,
@@ -96,14 +81,14 @@ impl Solution {
     }
 
     /// The reflectance of an element's face in each channel.
-    fn reflectance_of(&self, element: usize) -> &[f64] {
-        &self.system.surfaces.reflectance[self.system.mesh.elements()[element].face()]
+    pub(super) fn reflectance_of(&self, element: usize) -> &[f64] {
+        &self.system.surfaces.reflectance[self.element(element).face()]
     }
 
     /// The mean of a function of receivers over their area.
     fn mean_of(&self, of: &dyn Fn(usize, usize) -> f64, channel: usize) -> f64 {
         let add = |(area, sum): (f64, f64), &receiver: &usize| {
-            let own = self.system.mesh.elements()[receiver].area();
+            let own = self.element(receiver).area();
             (area + own, sum + own * of(receiver, channel))
         };
         let (area, sum) = self.system.receivers.iter().fold((0.0, 0.0), add);
@@ -113,7 +98,7 @@ impl Solution {
     /// The direct light of the elements at the points, `rho w` of the module's head: the coefficients of each element in all
     /// channels.
     fn source_of_importance(&self, seen: &[Seen]) -> Vec<Vec<f64>> {
-        let (mesh, channels, count) = (&self.system.mesh, self.system.channels.len(), seen.len() as f64);
+        let (mesh, channels, count) = (&self.system.mesh, self.channels().len(), seen.len() as f64);
         let constant = |element: usize, value: f64| {
             let mut coefficients = vec![0.0; mesh.basis(element).len()];
             coefficients[0] = value;
@@ -142,7 +127,7 @@ impl Solution {
         let mut source = vec![Vec::new(); mesh.elements().len()];
         for &receiver in &self.system.receivers {
             let sent = |(channel, rho): (usize, &f64)| {
-                let direct = field.coefficients(receiver, channel, mesh.basis(receiver).len())[0];
+                let direct = field.coefficients(receiver, channel)[0];
                 constant(receiver, rho * direct)
             };
             source[receiver] = self.reflectance_of(receiver).iter().enumerate().flat_map(sent).collect();
@@ -155,10 +140,10 @@ impl Solution {
         let Ok((leaf, foot)) = self.leaf_of(position, normal) else {
             let Ok(station) = self.station_in_space(position, normal) else { return Ok(None) };
             let Sum { rows, far, sums, .. } = self.sum_in_space(&station)?;
-            return Ok(Some(Seen { rows, far, rho: vec![1.0; self.system.channels.len()], reflected: sums }));
+            return Ok(Some(Seen { rows, far, rho: vec![1.0; self.channels().len()], reflected: sums }));
         };
         let Sum { rows, far, sums, .. } = self.sum_on(leaf, foot)?;
-        let [rho, _] = self.system.surfaces.reflectance_and_emission(self.system.mesh.elements()[leaf].face(), foot);
+        let [rho, _] = self.system.surfaces.reflectance_and_emission(self.element(leaf).face(), foot);
         let reflected = sums.iter().zip(&rho).map(|(received, rho)| received * rho).collect();
         Ok(Some(Seen { rows, far, rho, reflected }))
     }
@@ -171,7 +156,7 @@ impl Solution {
 
     /// The part of a mean of the residual on an element, over the reference of errors, in the error aimed at.
     pub(super) fn indicator_for_points(&self, element: usize, channel: usize, left: f64) -> f64 {
-        let weight = self.system.mesh.elements()[element].area() * self.importance_of(element, channel);
+        let weight = self.element(element).area() * self.importance_of(element, channel);
         ratio(weight * left, self.refinement.served.reflected[channel])
     }
 
@@ -188,7 +173,7 @@ impl Solution {
     }
 
     fn has_point(&self, receiver: usize) -> bool {
-        let element = &self.system.mesh.elements()[receiver];
+        let element = self.element(receiver);
         let reach = 1e-6 * self.system.extent;
         self.refinement.served.points.iter().any(|[point, _]| {
             let point = self.placement.inward(*point);
@@ -215,6 +200,6 @@ impl Solution {
             };
             self.system.receivers.iter().map(indicator_on).sum::<f64>()
         };
-        Some((0..self.system.channels.len()).map(of_channel).fold(0.0, largest))
+        Some((0..self.channels().len()).map(of_channel).fold(0.0, largest))
     }
 }

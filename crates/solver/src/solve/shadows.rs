@@ -91,7 +91,7 @@ impl Solution {
     fn sample(&self, face: usize, point: DVec3) -> Result<Sample, Error> {
         let light = match self.system.mesh.leaf_at(face, point) {
             Some(leaf) => self.radiosity_on(leaf, point)?,
-            None => vec![0.0; self.system.channels.len()],
+            None => vec![0.0; self.channels().len()],
         };
         Ok(Sample { point, light: light.iter().zip(&self.radiosity.mean).map(|(&light, &mean)| ratio(light, mean)).collect() })
     }

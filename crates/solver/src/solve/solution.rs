@@ -17,6 +17,8 @@ use crate::field::gathering::ratio;
 use crate::links::direct::Direct;
 use crate::links::transfer::Optics;
 use crate::mesh::Mesh;
+use crate::mesh::basis::Basis;
+use crate::mesh::element::Element;
 use crate::solve::detail::Detail;
 use crate::solve::kept::Kept;
 use crate::solve::options::{Options, Progress};
@@ -57,7 +59,7 @@ pub struct Solution {
 /// The solution of the system: polynomials and their means.
 #[derive(Debug)]
 pub(crate) struct Radiosity {
-    /// All light that elements send out, but for what lamps emit.
+    /// All light that elements send out, but for the emission of lamps.
     pub(crate) field: Field,
     /// Coefficients of the receivers themselves: light reflected twice or more, and emission where no lamps are kept apart.
     pub(super) own: Vec<Vec<f64>>,
@@ -143,10 +145,17 @@ impl Solution {
         }
     }
 
-    /// The reference of errors, in each channel: the mean of all radiosity where no light that is reflected was found yet.
+    /// The reference of errors, in each channel.
     pub(super) fn reference(&self) -> Vec<f64> {
-        let denominator = |(&reflected, &mean): (&f64, &f64)| if reflected > 0.0 { reflected } else { mean };
-        self.radiosity.reflected.iter().zip(&self.radiosity.mean).map(denominator).collect()
+        reference(&self.radiosity.mean, &self.radiosity.reflected)
+    }
+
+    pub(super) fn element(&self, element: usize) -> &Element {
+        &self.system.mesh.elements()[element]
+    }
+
+    pub(super) fn basis(&self, element: usize) -> &Basis {
+        self.system.mesh.basis(element)
     }
 
     /// Errors in each channel over the mean that they are relative to, the largest.
@@ -171,7 +180,7 @@ impl Solution {
     pub(crate) fn receiver_of(&self, leaf: usize) -> usize {
         let mut ancestor = leaf;
         while !self.gathers(ancestor)
-            && let Some(parent) = self.system.mesh.elements()[ancestor].parent()
+            && let Some(parent) = self.element(ancestor).parent()
         {
             ancestor = parent;
         }
@@ -180,7 +189,7 @@ impl Solution {
 
     /// Coefficients of an element's emission that is of no lamp kept apart.
     pub(crate) fn emitted_on(&self, element: usize, channel: usize) -> Vec<f64> {
-        let (len, face) = (self.system.mesh.basis(element).len(), self.system.mesh.elements()[element].face());
+        let (len, face) = (self.basis(element).len(), self.element(element).face());
         match self.system.surfaces.pattern(element, channel) {
             Some(pattern) if self.system.surfaces.glows_by_texture(face) => pattern.emitted().to_vec(),
             _ => {
@@ -223,6 +232,12 @@ impl MeanError {
     pub(super) const fn without_sign(estimate: Ledger) -> Self {
         Self { estimate, correction: 0.0, error: estimate.total() }
     }
+}
+
+/// The reference of errors of light with these means: the mean of all radiosity where no light that is reflected was found yet.
+pub(super) fn reference(mean: &[f64], reflected: &[f64]) -> Vec<f64> {
+    let denominator = |(&reflected, &mean): (&f64, &f64)| if reflected > 0.0 { reflected } else { mean };
+    reflected.iter().zip(mean).map(denominator).collect()
 }
 
 /// Computes something for each element on all cores, in their order.

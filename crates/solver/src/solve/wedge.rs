@@ -237,7 +237,7 @@ impl Solution {
     fn lacking_of(&self, wedge: &Wedge, is_beside: bool) -> Result<Option<Lacking>, Error> {
         let distances: Vec<f64> = samples(DEGREE).iter().map(|u| wedge.farthest * u.powi(3)).collect();
         let Some(samples) = self.samples_of(wedge, &distances)? else { return Ok(None) };
-        let channels = || 0..self.system.channels.len();
+        let channels = || 0..self.channels().len();
         let in_samples = |side: usize, step: usize, of: fn(&Sample) -> &[f64], channel: usize| -> Vec<f64> {
             samples[side].iter().step_by(step).map(|sample| of(sample)[channel]).collect()
         };
@@ -300,11 +300,11 @@ impl Solution {
     /// The edges in which the face that a point is on meets others, the nearest first, if the point is `within` so many times Y and nothing is
     /// between the faces; and whether it is beside the edge, and no other is as near.
     fn wedges_at(&self, leaf: usize, point: DVec3, within: f64) -> impl Iterator<Item = (Wedge, bool)> {
-        let own = self.system.mesh.elements()[leaf].face();
+        let own = self.element(leaf).face();
         let links = &self.system.links[self.receiver_of(leaf)];
         let mut faces: Vec<usize> = Vec::new();
         for link in links.iter().filter(|link| !matches!(link.sight, Sight::Nothing(_))) {
-            let source = &self.system.mesh.elements()[link.source];
+            let source = self.element(link.source);
             // Y is within a leaf of the source.
             let is_near = (source.centre() - point).length() <= (1.0 + 2.0 * largest(within, 1.0)) * source.radius();
             if is_near && !faces.contains(&source.face()) {
@@ -338,13 +338,10 @@ impl Solution {
             return None;
         }
         let leaf_at = |face: usize, away: DVec3| {
-            self.system
-                .mesh
-                .leaf_at(face, foot + away * touch)
-                .filter(|&leaf| self.system.mesh.elements()[leaf].is_at(foot, touch))
+            self.system.mesh.leaf_at(face, foot + away * touch).filter(|&leaf| self.element(leaf).is_at(foot, touch))
         };
         let (leaf, other) = (leaf_at(own, sides[0])?, leaf_at(face, sides[1])?);
-        let on_leaf = |leaf: usize, way: DVec3| way_on(self.system.mesh.elements()[leaf].polygon(), foot, way);
+        let on_leaf = |leaf: usize, way: DVec3| way_on(self.element(leaf).polygon(), foot, way);
         let away = WITHIN * smallest(on_leaf(leaf, sides[0]), on_leaf(other, sides[1]));
         let ends = [along, -along].map(|way| smallest(way_on(here, foot, way), way_on(there, foot, way)));
         let sides = [(own, sides[0]), (face, sides[1])];
@@ -381,7 +378,7 @@ impl Solution {
     /// In each channel, the reflectance of a place of a leaf, and the radiosity by a corrected gather, without the emission of
     /// lamps.
     pub(super) fn corrected_at(&self, leaf: usize, place: DVec3) -> Result<[Vec<f64>; 2], Error> {
-        let (face, irradiance) = (self.system.mesh.elements()[leaf].face(), self.corrected_on(leaf, place)?);
+        let (face, irradiance) = (self.element(leaf).face(), self.corrected_on(leaf, place)?);
         let [rho, emitted] = self.system.surfaces.reflectance_and_emission(face, place);
         let radiosity = |c: usize| rho[c] * irradiance[c] + emitted[c] - self.lamp_on(face, c);
         let radiosity = (0..rho.len()).map(radiosity).collect();
@@ -392,12 +389,11 @@ impl Solution {
     /// known.
     pub(super) fn taken_at(&self, face: usize, place: DVec3) -> Option<Vec<f64>> {
         let (leaf, error) = (self.system.mesh.leaf_at(face, place)?, self.known_error()?);
-        let (element, basis) = (&self.system.mesh.elements()[leaf], self.system.mesh.basis(leaf));
+        let (element, basis) = (self.element(leaf), self.basis(leaf));
         let (at, is_sure) = (element.reference(place), self.has_sure_details());
         let (functions, more) = (basis.values(at), basis.above()?.values(at));
         let taken = |(channel, detail): (usize, &Detail)| {
-            let values =
-                [&self.radiosity.field, error].map(|field| dot(field.coefficients(leaf, channel, basis.len()), &functions));
+            let values = [&self.radiosity.field, error].map(|field| dot(field.coefficients(leaf, channel), &functions));
             let detail = if is_sure { detail.sure() * dot(&detail.coefficients, &more) } else { 0.0 };
             values[0] + values[1] + detail
         };

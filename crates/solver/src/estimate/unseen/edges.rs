@@ -10,6 +10,7 @@ use radgrad_core::{DVec3, Polygon};
 use radgrad_scene::{largest, smallest};
 
 use crate::mesh::Mesh;
+use crate::mesh::contact;
 use crate::mesh::element::around;
 use crate::mesh::screen::LEVEL;
 
@@ -263,20 +264,7 @@ fn pieces(v: &[DVec3], corners: &[DVec3]) -> Vec<[DVec3; 2]> {
 /// The part of a segment in the plane of a convex polygon that is in the polygon, made larger on all sides by so much; `None` if that is
 /// no more than a point.
 fn inside([a, b]: [DVec3; 2], normal: DVec3, part: &[DVec3], by: f64) -> Option<[DVec3; 2]> {
-    let (mut from, mut to) = (0.0_f64, 1.0_f64);
-    for (i, &p) in part.iter().enumerate() {
-        let inward = normal.cross(part[(i + 1) % part.len()] - p).normalize_or_zero();
-        let [start, end] = [a, b].map(|q| inward.dot(q - p) + by);
-        if start <= 0.0 && end <= 0.0 {
-            return None;
-        }
-        let crossing = start / (start - end);
-        if start < 0.0 {
-            from = largest(from, crossing);
-        } else if end < 0.0 {
-            to = smallest(to, crossing);
-        }
-    }
+    let [from, to] = contact::inside(part, [a, b], normal, -by)?;
     (to > from).then(|| [a + (b - a) * from, a + (b - a) * to])
 }
 

@@ -2,7 +2,7 @@
 //!
 //! Rays leave the point in directions that are spread as the cosine with its normal is, so that each brings the same part of the
 //! hemisphere (P. Shirley 1990, final gathers). Of N rays h meet a cluster first: its form factor is h/N, and its light is h/N
-//! times its mean radiosity. That is neither too much nor too little in the mean over many points, whatever hides what; in a
+//! times its mean radiosity. That is neither too much nor too little in the mean over many points, whichever face hides another; in a
 //! closed room all parts together are 1; and nothing is singular where the point touches the cluster. Each point has directions
 //! of its own, so that the errors of many are without order. Clusters are opened by one draw and gathered from by another, since
 //! those that a draw gives too little would be opened less often.

@@ -135,7 +135,7 @@ fn closed_clusters_are_mostly_within_twice_their_estimates() {
             near += links.len();
             all += exact.len();
             let nodes = Station::at_nodes(&mesh, receiver).len();
-            let sums = |links: &[Link], far: &Far| irradiance(&mesh, &field, links, far, 0, nodes);
+            let sums = |links: &[Link], far: &Far| irradiance(&field, links, far, 0, nodes);
             let [rough, exact_sums] = [sums(&links, &far), sums(&exact, &Far::default())];
             if !far.is_empty() {
                 let likely = far.likely_mean(&field, 0, mesh.basis(receiver));

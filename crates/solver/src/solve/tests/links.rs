@@ -34,14 +34,14 @@ fn what_a_link_neglects_is_within_its_bound() {
             for (station, row) in stations.iter().zip(&link.rows) {
                 for channel in 0..solution.system.channels.len() {
                     let sum = |row: &Row, element: usize| -> f64 {
-                        row.values.iter().zip(field.coefficients(element, channel, len)).map(|(v, c)| v * c).sum()
+                        row.values.iter().zip(field.coefficients(element, channel)).map(|(v, c)| v * c).sum()
                     };
                     let mut exact = 0.0;
-                    let mut errors = row.error_of(field.coefficients(link.source, channel, len));
+                    let mut errors = row.error_of(field.coefficients(link.source, channel));
                     for leaf in leaves(&solution, link.source) {
                         let fine = optics.receive(station, leaf, &link.sight, len).unwrap();
                         exact += sum(&fine, leaf);
-                        errors += fine.error_of(field.coefficients(leaf, channel, len));
+                        errors += fine.error_of(field.coefficients(leaf, channel));
                     }
                     let error = (exact - sum(row, link.source)).abs();
                     let bound = field.neglected(mesh, link.source, channel, row);
