@@ -17,14 +17,12 @@ use rayon::prelude::*;
 
 use crate::error::Error;
 use crate::field::Field;
-use crate::field::acceleration::Acceleration;
-use crate::field::gathering::ratio;
+use crate::field::gathering::{MOST_SWEEPS, ratio};
 use crate::mesh::basis::dot;
 use crate::solve::gather::Sum;
 use crate::solve::solution::Solution;
 
-/// Sweeps at most, and changes, relative to the mean, below which the importance is solved.
-const MOST_SWEEPS: usize = 2000;
+/// Changes, relative to the mean, below which the importance is solved.
 const SOLVED: f64 = 1e-10;
 
 /// The estimate of a derivative over what the sum by the importance and the solution are off: single faces are off by more than all
@@ -210,7 +208,7 @@ impl Solution {
 
     /// Coefficients of a constant on an element.
     fn even(&self, element: usize, value: f64) -> Vec<f64> {
-        let mut coefficients = vec![0.0; self.system.mesh.basis(element).len()];
+        let mut coefficients = vec![0.0; self.basis(element).len()];
         coefficients[0] = value;
         coefficients
     }
@@ -222,7 +220,7 @@ impl Solution {
         let mut scale = vec![0.0; channels];
         for leaf in mesh.leaves() {
             for (channel, scale) in scale.iter_mut().enumerate() {
-                let mut reflected = first.coefficients(leaf, channel, mesh.basis(leaf).len()).to_vec();
+                let mut reflected = first.coefficients(leaf, channel).to_vec();
                 self.system.surfaces.reflect(mesh, leaf, channel, &mut reflected);
                 *scale += mesh.elements()[leaf].area() / mesh.area() * reflected[0].abs();
                 sent.add(mesh, leaf, channel, &reflected);
@@ -233,17 +231,12 @@ impl Solution {
         let mut own = source.clone();
         let equation = self.system.equation(&source);
         sent.pull(mesh);
-        let mut acceleration = Acceleration::default();
-        let mut change = 0.0;
-        for _ in 0..MOST_SWEEPS {
-            change = equation.sweep(&mut sent, &mut own, &scale);
-            if change <= SOLVED {
-                sent.pull(mesh);
-                return Ok(Importance { first, sent });
-            }
-            acceleration.after_sweep(&equation, &mut sent, &mut own, channels);
+        let (sweeps, change) = equation.solve((&mut sent, &mut own), (SOLVED, MOST_SWEEPS), scale, |_, _| {});
+        if !(change <= SOLVED) {
+            return Err(Error::Unsettled { sweeps, change });
         }
-        Err(Error::Unsettled { sweeps: MOST_SWEEPS, change })
+        sent.pull(mesh);
+        Ok(Importance { first, sent })
     }
 
     /// Adds the integrals of the importance over each face, and returns the sum again, by the emission.
@@ -257,7 +250,7 @@ impl Solution {
             let (basis, area) = (mesh.basis(leaf), mesh.elements()[leaf].area());
             let of_channel = |channel: usize| {
                 let mut whole = self.gathered_polynomial(&importance.sent, leaf, channel);
-                let first = importance.first.coefficients(leaf, channel, basis.len());
+                let first = importance.first.coefficients(leaf, channel);
                 whole.iter_mut().zip(first).for_each(|(whole, first)| *whole += first);
                 let lamp = |lamp: usize| {
                     let at_nodes: Vec<f64> = self.radiosity.direct[leaf].nodes.iter().map(|lit| lit.factors[lamp]).collect();
