@@ -232,7 +232,7 @@ impl Solution {
         let equation = self.system.equation(&source);
         sent.pull(mesh);
         let (sweeps, change) = equation.solve((&mut sent, &mut own), (SOLVED, MOST_SWEEPS), scale, |_, _| {});
-        if !(change <= SOLVED) {
+        if change > SOLVED || change.is_nan() {
             return Err(Error::Unsettled { sweeps, change });
         }
         sent.pull(mesh);
