@@ -280,7 +280,7 @@ mod tests {
                 point(Kind::Constant, Method::MonteCarlo, 1e-3, 10.0),
                 point(Kind::Constant, Method::MonteCarlo, 1e-4, nanoseconds),
             ];
-            of_regime(Regime::Easy, &late).svg().len()
+            of_regime(Regime::Easy, &late).svg_of("", "").len()
         };
         assert!(drawn(2e9) < drawn(9e8));
     }
