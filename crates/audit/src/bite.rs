@@ -423,7 +423,7 @@ fn enclosures(setting: &Setting<'_>) -> Vec<String> {
 /// A small bounds campaign.
 fn bounds(setting: &Setting<'_>) -> Vec<String> {
     let families: Vec<Family> = cheap().collect();
-    let table: bounds_table::Table = campaign::table(&Run::of_each(12, &families, 4), || ());
+    let table: bounds_table::Table = campaign::table(&Run::of_each(12, &families, 2), || ());
     let faults = breaches(&table, setting.gates).into_iter().filter(|breach| breach.mark.is_some());
     faults.map(|breach| breach.to_string()).collect()
 }
@@ -431,7 +431,7 @@ fn bounds(setting: &Setting<'_>) -> Vec<String> {
 /// A few cases of every family against the gates.
 fn errors(setting: &Setting<'_>) -> Vec<String> {
     let families: Vec<Family> = cheap().collect();
-    let table = Run::of_each(2, &families, 8).table(|_| ());
+    let table = Run::of_each(2, &families, 6).table(|_| ());
     setting.gates.violations(&table).iter().map(ToString::to_string).collect()
 }
 
@@ -463,7 +463,7 @@ fn second_derivatives(_: &Setting<'_>) -> Vec<String> {
         Family::OneScreen,
         Family::Contact,
     ];
-    let names = names_of(&families, 2, 14);
+    let names = names_of(&families, 1, 14);
     let ask = |name: &Name| {
         let problem = name.case().problem().ok()?;
         let [rough, fine] = [1.0, 1e-12].map(|tolerance| derivatives::wrong(&problem, tolerance));
@@ -505,7 +505,7 @@ fn estimates_beside(_: &Setting<'_>) -> Vec<String> {
 
 /// Emitters and occluders that are not flat, against their triangles.
 fn bent_polygons(_: &Setting<'_>) -> Vec<String> {
-    hulls::all_wrong(150)
+    hulls::all_wrong(100)
 }
 
 /// Running bounds of single operations.

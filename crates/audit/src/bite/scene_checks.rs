@@ -41,7 +41,7 @@ pub(super) fn in_beams(_: &Setting<'_>) -> Vec<String> {
 pub(super) fn brackets(_: &Setting<'_>) -> Vec<String> {
     use scenes::family::Family as Scenes;
     let families = [Scenes::Clutter, Scenes::Slit, Scenes::Touching, Scenes::Open, Scenes::Grating, Scenes::Downlight];
-    let brackets = scenes::brackets::Brackets::measure(&families, 200, 13, |_, _| ());
+    let brackets = scenes::brackets::Brackets::measure(&families, 120, 13, |_, _| ());
     brackets.outside.iter().map(|outside| format!("{}: {}", outside.name, outside.said)).collect()
 }
 
@@ -67,7 +67,7 @@ pub(super) fn alike(_: &Setting<'_>) -> Vec<String> {
 }
 
 /// Rays for the truth of a scene.
-const RAYS: usize = 12_000;
+const RAYS: usize = 8_000;
 
 /// A few scenes, every bound of `solve`, `factors` and `field`.
 pub(super) fn whole_scenes(_: &Setting<'_>) -> Vec<String> {

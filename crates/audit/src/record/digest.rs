@@ -12,6 +12,7 @@ use std::fmt::Display;
 use glam::DVec3;
 
 use super::{Asked, Recorded, Statement};
+use crate::measure::{is_worse, worse};
 use crate::sampler::split_mix;
 use crate::{hidden, lamps};
 
@@ -167,9 +168,9 @@ impl<'a> Question<'a> {
         let Some((best, at, least)) = self.said.iter().min_by(|a, b| a.2.total_cmp(&b.2)) else { return };
         for (by, value, bound) in &self.said {
             let apart = [0, 1, 2].map(|k| (value[k] - at[k]).abs());
-            let off = apart.iter().fold(0.0, |most: f64, off| if *off <= most { most } else { *off });
+            let off = apart.into_iter().fold(0.0, worse);
             let room = (bound + least) * (1.0 + 1e-9) + f64::MIN_POSITIVE;
-            if !(off <= room) {
+            if is_worse(off, room) {
                 let name = self.name;
                 digest.wrong.push(format!("{name}, {by}: {value:?} is off {best} by {off:e}, the bounds allow {room:e}"));
             }

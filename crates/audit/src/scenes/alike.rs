@@ -128,7 +128,11 @@ fn solution(model: &Model) -> Result<(Solution, Vec<(DVec3, DVec3)>), String> {
 pub(crate) fn recorded(name: Name) -> Result<Vec<(f64, f64)>, String> {
     let mut model = name.model();
     // Scenes of a family are asked for in turn in each way.
-    model.ways.marking = if name.index % 2 == 1 { Marking::Gradient } else { Marking::Residual };
+    model.ways.marking = match (name.index % 2, name.index / 4 % 2) {
+        (0, _) => Marking::Residual,
+        (_, 0) => Marking::Gradient,
+        _ => Marking::Shadows,
+    };
     model.ways.for_points = name.index / 2 % 2 == 1;
     let (solution, asked) = solution(&model)?;
     let kinds = told(&solution, &asked, model.channels()).map_err(|error| error.to_string())?;
@@ -209,7 +213,6 @@ fn certified(model: &Model) -> Result<(Vec<Kind>, Vec<String>), String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scenes::family::Family;
 
     #[test]
     fn a_number_that_is_another_one_in_other_channels_is_seen() {

@@ -208,10 +208,10 @@ pub(super) fn of_operations(digest: &mut Digest, index: u64) {
         digest.numbers(&middle);
         digest.number(error);
     };
-    for ball in operations::results([0, 1, 2].map(|k| Ball::<f64>::approximate(at[k], radii[k].into()))) {
+    for ball in operations::results([0, 1, 2].map(|k| Ball::<f64>::approximate(at[k], radii[k]))) {
         feed([ball.middle(), 0.0], ball.error().to_double());
     }
-    for ball in operations::results([0, 1, 2].map(|k| Ball::<DoubleDouble>::approximate(at[k].into(), radii[k].into()))) {
+    for ball in operations::results([0, 1, 2].map(|k| Ball::<DoubleDouble>::approximate(at[k].into(), radii[k]))) {
         feed([ball.middle().hi, ball.middle().lo], ball.error().to_double());
     }
     if index.is_multiple_of(16) {

@@ -84,7 +84,7 @@ pub(super) fn of_estimates(digest: &mut Digest, index: u64) {
 
 pub(super) fn of_exchanges(digest: &mut Digest, index: u64) {
     let mut say = |said: Result<Vec<(f64, f64)>, String>| {
-        digest.say(said.map(|pairs| pairs.into_iter().flat_map(|(a, b)| [a, b]).collect()))
+        digest.say(said.map(|pairs| pairs.into_iter().flat_map(|(a, b)| [a, b]).collect()));
     };
     for k in 0..6 {
         say(exchanges::recorded(1000 + 6 * index + k));
