@@ -423,7 +423,7 @@ fn enclosures(setting: &Setting<'_>) -> Vec<String> {
 /// A small bounds campaign.
 fn bounds(setting: &Setting<'_>) -> Vec<String> {
     let families: Vec<Family> = cheap().collect();
-    let table: bounds_table::Table = campaign::table(&Run::of_each(12, &families, 2), || ());
+    let table: bounds_table::Table = campaign::table(&Run::of_each(12, &families, 1), || ());
     let faults = breaches(&table, setting.gates).into_iter().filter(|breach| breach.mark.is_some());
     faults.map(|breach| breach.to_string()).collect()
 }

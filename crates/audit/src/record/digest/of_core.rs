@@ -106,7 +106,7 @@ fn of_problem(digest: &mut Digest, name: &str, problem: &Problem, digits: bool) 
 }
 
 /// Cases of a family.
-const CASES: u64 = 8;
+const CASES: u64 = 5;
 
 pub(super) fn of_cases(digest: &mut Digest, index: u64) {
     let families = Family::ALL.into_iter().filter(|family| family.dearness() <= 4);
