@@ -35,7 +35,7 @@ use crate::shard::Shard;
 use crate::table::Table;
 use crate::truth::Truth;
 use crate::witness::{self, Query, Witness};
-use crate::{derivatives, entries, estimates, hulls, lamps, operations, refusals, symmetry};
+use crate::{batches, derivatives, entries, estimates, hulls, lamps, operations, refusals, symmetry};
 
 /// Something wrong.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -94,6 +94,7 @@ const CHECKS: [Check; 30] = [
     by_truth!("refusals", refused),
     by_truth!("symmetries", symmetries),
     by_truth!("lamps", lamps_together),
+    by_truth!("batches", whole_batches),
     by_truth!("estimates", estimates_beside),
     by_truth!("hulls", bent_polygons),
     by_truth!("lanes", lanes),
@@ -103,7 +104,6 @@ const CHECKS: [Check; 30] = [
     by_truth!("enclosures", enclosures),
     by_truth!("awkward", awkward_cases),
     by_truth!("pieces", scene_checks::pieces),
-    by_truth!("limits", scene_checks::limits),
     by_truth!("alike", scene_checks::alike),
     ("records", |setting| records("records", Asked::Core, setting)),
     ("oracle-records", |setting| records("oracle-records", Asked::Oracle, setting)),
@@ -305,7 +305,7 @@ fn awkward_cases(_: &Setting<'_>) -> Vec<String> {
         let asks = [Query::Answer(1.0), Query::Answer(1e-12), Query::Lanes(1.0)].into_iter();
         asks.flat_map(|ask| complaints(&format_args!("awkward:4:{index}"), ask, &case)).collect::<Vec<_>>()
     };
-    (0..200u64).into_par_iter().flat_map_iter(ask).collect()
+    (0..120u64).into_par_iter().flat_map_iter(ask).collect()
 }
 
 /// Receivers and emitters in each other's planes to a few roundings and less, against the oracle, which decides with integers.
@@ -321,7 +321,7 @@ fn brinks(_: &Setting<'_>) -> Vec<String> {
         findings.extend(off_the_oracle(&name, &case));
         findings
     };
-    (0..500u64).into_par_iter().flat_map_iter(ask).collect()
+    (0..300u64).into_par_iter().flat_map_iter(ask).collect()
 }
 
 /// Answers in doubles that the oracle contradicts. Core's digits decide by the same predicates as its doubles; the oracle does not.
@@ -371,7 +371,7 @@ fn enclosures(setting: &Setting<'_>) -> Vec<String> {
         Family::PolynomialClipped,
         Family::Far,
     ];
-    let names = names_of(&families, 3, 2);
+    let names = names_of(&families, 2, 2);
     let compare = |name: &Name| {
         let Ok(problem) = name.case().problem() else { return vec![format!("{name}: refused")] };
         let (emitter, occluders) = reduced(&problem);
@@ -390,7 +390,7 @@ fn enclosures(setting: &Setting<'_>) -> Vec<String> {
             ways.push((format!("the oracle's {digits} digits in double-double"), enclosed(digits, Arithmetic::DoubleDouble)));
         }
         // Every arithmetic but the dearest family's.
-        if name.index < 2 {
+        if name.index < 1 {
             ways.push(("the oracle's 20 digits in more bits".to_owned(), enclosed(20, Arithmetic::Astro)));
         }
         for digits in [20, 36] {
@@ -423,7 +423,7 @@ fn enclosures(setting: &Setting<'_>) -> Vec<String> {
 /// A small bounds campaign.
 fn bounds(setting: &Setting<'_>) -> Vec<String> {
     let families: Vec<Family> = cheap().collect();
-    let table: bounds_table::Table = campaign::table(&Run::of_each(12, &families, 7), || ());
+    let table: bounds_table::Table = campaign::table(&Run::of_each(12, &families, 1), || ());
     let faults = breaches(&table, setting.gates).into_iter().filter(|breach| breach.mark.is_some());
     faults.map(|breach| breach.to_string()).collect()
 }
@@ -431,7 +431,7 @@ fn bounds(setting: &Setting<'_>) -> Vec<String> {
 /// A few cases of every family against the gates.
 fn errors(setting: &Setting<'_>) -> Vec<String> {
     let families: Vec<Family> = cheap().collect();
-    let table = Run::of_each(2, &families, 8).table(|_| ());
+    let table = Run::of_each(2, &families, 6).table(|_| ());
     setting.gates.violations(&table).iter().map(ToString::to_string).collect()
 }
 
@@ -463,7 +463,7 @@ fn second_derivatives(_: &Setting<'_>) -> Vec<String> {
         Family::OneScreen,
         Family::Contact,
     ];
-    let names = names_of(&families, 3, 14);
+    let names = names_of(&families, 1, 14);
     let ask = |name: &Name| {
         let problem = name.case().problem().ok()?;
         let [rough, fine] = [1.0, 1e-12].map(|tolerance| derivatives::wrong(&problem, tolerance));
@@ -490,7 +490,12 @@ fn refused(_: &Setting<'_>) -> Vec<String> {
 
 /// A few lamps of every kind together.
 fn lamps_together(_: &Setting<'_>) -> Vec<String> {
-    lamps::all_wrong(200)
+    lamps::all_wrong(300)
+}
+
+/// Batches in other units and orders, and against each receiver alone.
+fn whole_batches(_: &Setting<'_>) -> Vec<String> {
+    batches::all_wrong(64)
 }
 
 /// Estimates of the oracle, beside its enclosures.
@@ -500,7 +505,7 @@ fn estimates_beside(_: &Setting<'_>) -> Vec<String> {
 
 /// Emitters and occluders that are not flat, against their triangles.
 fn bent_polygons(_: &Setting<'_>) -> Vec<String> {
-    hulls::all_wrong(150)
+    hulls::all_wrong(100)
 }
 
 /// Running bounds of single operations.

@@ -57,6 +57,26 @@ fn drawn(sampler: &mut Sampler) -> Result<(Receiver, Vec<Emitter>), Error> {
     Ok((Receiver::new(x, normal, 1.0)?, lamps))
 }
 
+/// All numbers of the totals of case `index` by a tree, and its work: to be remembered.
+///
+/// # Errors
+/// If a lamp is refused or an answer overflows.
+pub(crate) fn recorded(index: u64) -> Result<Vec<f64>, Error> {
+    let sampler = &mut Sampler::new(53, "lamps", index);
+    let (receiver, lamps) = drawn(sampler)?;
+    let (x, n) = (receiver.position().to_array().map(|c| [c]), receiver.direction().to_array().map(|c| [c]));
+    let receivers = Receivers::new([&x[0], &x[1], &x[2]], [&n[0], &n[1], &n[2]], &[1.0])?;
+    let tree = EmitterTree::new(&lamps);
+    let (mut answers, mut said) = (Answers::new(), Vec::new());
+    for tolerance in [10.0, 1.0, 1e-1, 1e-3, 1e-6, 1e-10] {
+        let of = Engine::new().total(&receivers, &tree, tolerance, &mut answers)?;
+        let counts = [of.below, of.behind, of.weak, of.together, of.alone, of.far_fields, of.far_nodes, of.looked_at];
+        said.extend(counts.map(|count| count as f64));
+        said.extend([answers.radiosity[0], answers.radiosity_error[0]]);
+    }
+    Ok(said)
+}
+
 /// Contradictions of case `index`.
 ///
 /// # Errors

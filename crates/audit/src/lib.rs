@@ -28,6 +28,7 @@
 //! each other.
 
 pub mod agreement;
+pub mod batches;
 pub mod bite;
 pub mod bounds;
 pub mod comparison;

@@ -14,7 +14,8 @@ use crate::sampler::Sampler;
 
 const NAMES: [&str; 9] = ["sum", "difference", "product", "quotient", "root", "logarithm", "angle", "clausen", "sine"];
 
-fn results<T: Real>([x, y, small]: [T; 3]) -> [T; 9] {
+/// All operations.
+pub(crate) fn results<T: Real>([x, y, small]: [T; 3]) -> [T; 9] {
     let sine = T::sine_series(small * small);
     [x + y, x - y, x * y, x / y, x.abs().sqrt(), x.abs().ln(), x.atan2(y), small.clausen_rest(), sine]
 }
@@ -23,7 +24,7 @@ fn results<T: Real>([x, y, small]: [T; 3]) -> [T; 9] {
 const SINGLE: [f64; 6] = [1.0, -1.0, 2.0, 0.5, -0.25, 1.0 / 1024.0];
 
 /// Operands with few digits, and a radius that leaves their ends exact.
-fn operands(sampler: &mut Sampler) -> ([f64; 3], [f64; 3]) {
+pub(crate) fn operands(sampler: &mut Sampler) -> ([f64; 3], [f64; 3]) {
     #[allow(clippy::cast_possible_truncation, reason = "few digits are wanted")]
     let few = |value: f64| f64::from(value as f32);
     let power = [1.0 / 4096.0, 1.0 / 16.0, 1.0, 64.0, 4096.0][sampler.below(5) as usize];

@@ -6,6 +6,7 @@
 //! a new record (`cargo run -p radgrad-audit --example bite -- record FILE`): a bound that grew is no longer the derived one
 //! either.
 
+mod digest;
 mod part;
 
 use std::fmt;
@@ -21,6 +22,7 @@ use radgrad_oracle::{Arithmetic, Error as OracleError, Request, Source, SourceFu
 use radgrad_scene::case::{Case, Problem};
 use serde::{Deserialize, Serialize};
 
+pub use self::digest::Block;
 pub use self::part::Part;
 use crate::bounds::digits;
 use crate::measure::worse;
@@ -69,6 +71,8 @@ pub enum RecordedSubject {
     Whole(scenes::family::Name),
     /// A drawn case of a part of factors.
     Part(Part, u64),
+    /// All bits of a block of answers.
+    Digest(Block, u64),
 }
 
 /// A value, of one component or more, with the bound on the norm of its error. Without a value a figure of its own: evaluations that
@@ -211,6 +215,7 @@ impl RecordedSubject {
             Self::Oracle(..) | Self::Cubature(_) | Self::Samples(_) | Self::Walks(..) => Asked::Oracle,
             Self::Scene(Subject::Solve | Subject::Certificate, _) | Self::Whole(_) => Asked::Solver,
             Self::Scene(..) | Self::Part(..) => Asked::Scenes,
+            Self::Digest(block, _) => block.asks(),
             _ => Asked::Core,
         }
     }
@@ -229,9 +234,10 @@ impl RecordedSubject {
             (Self::Tree(index), None) => of_tree(index),
             (Self::Scene(subject, name), None) => of_scene(subject, name),
             (Self::Part(part, index), None) => part.asked(index),
+            (Self::Digest(block, index), None) => block.asked(index),
             (Self::Walks(rays, name), None) => of_walks(rays, name),
             (Self::Whole(name), None) => Ok(Recorded::of_pairs(&scenes::alike::recorded(name)?)),
-            (Self::Tree(_) | Self::Scene(..) | Self::Walks(..) | Self::Whole(_) | Self::Part(..), Some(_)) => {
+            (Self::Tree(_) | Self::Scene(..) | Self::Walks(..) | Self::Whole(_) | Self::Part(..) | Self::Digest(..), Some(_)) => {
                 Err(format!("{self} has no case"))
             }
             (_, None) => Err(format!("{self} of no case")),
@@ -244,9 +250,7 @@ impl RecordedSubject {
                     Self::Oracle(arithmetic, digits) => of_oracle(arithmetic, digits, &problem),
                     Self::Cubature(tolerance) => of_cubature(tolerance, &problem),
                     Self::Samples(count) => of_samples(count, &problem),
-                    Self::Tree(_) | Self::Scene(..) | Self::Walks(..) | Self::Whole(_) | Self::Part(..) => {
-                        Err(format!("{self} of a case"))
-                    }
+                    _ => Err(format!("{self} of a case")),
                 }
             }
         }
@@ -451,6 +455,7 @@ impl fmt::Display for RecordedSubject {
             Self::Scene(subject, name) => write!(f, "{} {name}", subject.name()),
             Self::Whole(name) => write!(f, "whole {name}"),
             Self::Part(part, index) => write!(f, "{} {index}", part.name()),
+            Self::Digest(block, index) => write!(f, "digest {} {index}", block.name()),
         }
     }
 }
@@ -487,6 +492,11 @@ impl FromStr for RecordedSubject {
             "tree" => Ok(Self::Tree(rest.parse().map_err(|_| bad())?)),
             _ if let Some((_, part)) = Part::ALL.iter().find(|(name, _)| *name == what) => {
                 Ok(Self::Part(*part, rest.parse().map_err(|_| bad())?))
+            }
+            "digest" => {
+                let (name, index) = rest.split_once(' ').ok_or_else(bad)?;
+                let (_, block) = Block::ALL.iter().find(|(known, _)| *known == name).ok_or_else(bad)?;
+                Ok(Self::Digest(*block, index.parse().map_err(|_| bad())?))
             }
             "oracle" => {
                 let (name, digits) = rest.split_once(' ').ok_or_else(bad)?;
@@ -538,6 +548,7 @@ mod tests {
             RecordedSubject::Cubature(1e-6),
             RecordedSubject::Samples(64),
             RecordedSubject::Part(Part::Share, 3),
+            RecordedSubject::Digest(Block::Batches, 3),
         ]) {
             assert_eq!(of.to_string().parse(), Ok(of));
         }

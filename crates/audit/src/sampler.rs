@@ -115,7 +115,7 @@ pub(crate) fn normalising_power(x: f64) -> f64 {
 const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;
 
 /// Output function of `SplitMix64` after one step from `state`.
-const fn split_mix(state: u64) -> u64 {
+pub(crate) const fn split_mix(state: u64) -> u64 {
     let z = state.wrapping_add(GOLDEN);
     let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);

@@ -15,7 +15,7 @@ use crate::witness::{self, AnswerMethod, Query};
 
 /// A change after which the answers are known.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Change {
+pub(crate) enum Change {
     /// Lengths times 2 to this power.
     Lengths(i32),
     /// Emission times a power of two, or minus one.
@@ -74,8 +74,14 @@ impl Change {
         }
     }
 
-    fn length(self) -> f64 {
+    /// The unit of length after it.
+    pub(crate) fn length(self) -> f64 {
         if let Self::Lengths(power) = self { libm::ldexp(1.0, power) } else { 1.0 }
+    }
+
+    /// What the emission is multiplied by.
+    pub(crate) const fn factor(self) -> f64 {
+        if let Self::Emission(factor) = self { factor } else { 1.0 }
     }
 
     fn point(self, [x, y, z]: [f64; 3]) -> [f64; 3] {
@@ -95,7 +101,7 @@ impl Change {
     }
 
     /// The case after it; none where it is another one by rounding.
-    fn of(self, case: &Case) -> Option<Case> {
+    pub(crate) fn of(self, case: &Case) -> Option<Case> {
         let mut case = case.clone();
         let at = |p: &mut [f64; 3]| *p = self.point(*p).map(|c| c * self.length());
         at(&mut case.receiver.position);
@@ -105,7 +111,7 @@ impl Change {
             polygon.iter_mut().for_each(at);
             self.polygon(polygon);
         }
-        let factor = if let Self::Emission(factor) = self { factor } else { 1.0 };
+        let factor = self.factor();
         match &mut case.emitter.emission {
             EmissionRecord::Constant { constant } => *constant *= factor,
             EmissionRecord::Vertices { vertices } => {

@@ -13,8 +13,6 @@ use radgrad_solver::{Ledger, Marking, Options, Solution, solve_for};
 
 use super::family::Name;
 use super::model::{Change, Model};
-use super::statement::{Quantum, Stated, Statement, Subject};
-use super::truth::{EFFORT, Sharpness, Truth};
 use crate::measure::is_worse;
 
 /// The order of the channels in the changed scene, and what light is multiplied by: a power of two, so that every digit stays.
@@ -127,7 +125,11 @@ fn solution(model: &Model) -> Result<(Solution, Vec<(DVec3, DVec3)>), String> {
 pub(crate) fn recorded(name: Name) -> Result<Vec<(f64, f64)>, String> {
     let mut model = name.model();
     // Scenes of a family are asked for in turn in each way.
-    model.ways.marking = if name.index % 2 == 1 { Marking::Gradient } else { Marking::Residual };
+    model.ways.marking = match (name.index % 2, name.index / 4 % 2) {
+        (0, _) => Marking::Residual,
+        (_, 0) => Marking::Gradient,
+        _ => Marking::Shadows,
+    };
     model.ways.for_points = name.index / 2 % 2 == 1;
     let (solution, asked) = solution(&model)?;
     let kinds = told(&solution, &asked, model.channels()).map_err(|error| error.to_string())?;
@@ -205,101 +207,14 @@ fn certified(model: &Model) -> Result<(Vec<Kind>, Vec<String>), String> {
     Ok((kinds, findings))
 }
 
-/// The probability with which limits of [`limits`] may fail, and how often they are found by other random numbers.
-const DELTA: f64 = 0.5;
-const RUNS: u64 = 10;
-
-/// Findings on certificates of a scene with a known solution: how often the limits of few rays miss it.
-///
-/// # Errors
-/// If there is no answer: why.
-pub fn limits(model: &Model) -> Result<Vec<String>, String> {
-    let scene = model.scene().map_err(|error| error.to_string())?;
-    let say = |of: Quantum| Statement { of, value: 0.0, stated: Stated::Bound(0.0) };
-    let asked = [say(Quantum::Mean(0)), say(Quantum::Point(0, 0))];
-    let truth =
-        Truth::compute(model, Subject::Certificate, &asked, (&EFFORT, Sharpness::Full)).map_err(|error| error.to_string())?;
-    let (position, normal) = model.asked().map_err(|error| error.to_string())?[0];
-    let place = Place { position, normal, face: Some(model.probes[0].part) };
-    let mut missed = [[0.0; 2]; 2];
-    for seed in 1..=RUNS {
-        let request = Request { width: 0.1, rays: 300, seed, delta: DELTA };
-        let mean = certify(&scene, &request).map_err(|error| error.to_string())?.mean[0];
-        let point = certify_points(&scene, &[place], &request).map_err(|error| error.to_string())?.remove(0);
-        let point = point.map_err(|error| error.to_string())?.radiosity.ok_or("no radiosity")?[0];
-        for ((limits, known), missed) in [mean, point].iter().zip(&truth.known).zip(&mut missed) {
-            let sides = [limits.lower > known.interval.high, limits.upper < known.interval.low];
-            sides.into_iter().zip(missed).filter(|(is_missed, _)| *is_missed).for_each(|(_, missed)| *missed += 1.0);
-        }
-    }
-    // Each side fails with half of the probability.
-    let (expected, runs) = (0.5 * DELTA * RUNS as f64, RUNS as f64);
-    let most = expected + 4.0 * (expected * (1.0 - expected / runs)).sqrt();
-    let is_often = |count: &f64| *count > most;
-    let what = format!("of {RUNS} limits {missed:?} are above and below what is known, {most:.1} may be");
-    Ok(if missed.iter().flatten().any(is_often) { vec![what] } else { Vec::new() })
-}
-
-/// Findings on the refusal of points that are off their face, or face another way: of such that are not, an answer is due.
-///
-/// # Errors
-/// If the scene is refused.
-pub fn refusals(model: &Model) -> Result<Vec<String>, String> {
-    let scene = model.scene().map_err(|error| error.to_string())?;
-    let (low, high) = scene.bounds().ok_or("no faces")?;
-    let near = 1e-6 * (high - low).length();
-    let request = Request { width: 0.5, rays: 50, ..Request::default() };
-    let mut findings = Vec::new();
-    for (face, of) in scene.faces().iter().enumerate() {
-        let (v, normal) = (of.polygon().vertices(), of.polygon().normal());
-        let middle = v.iter().sum::<DVec3>() / v.len() as f64;
-        let edge = v[0].lerp(v[1], 0.4);
-        let outward = (v[1] - v[0]).normalize().cross(normal);
-        let corner = v[0] + (v[0] - middle).normalize() * (2.0 * near);
-        let cases = [
-            (middle, normal, true),
-            (middle + normal * (0.5 * near), normal, true),
-            (middle - normal * (3.0 * near), normal, false),
-            (edge + outward * (0.5 * near), normal, true),
-            (edge + outward * (3.0 * near), normal, false),
-            (corner + outward * near, normal, false),
-            (middle, -normal, false),
-            (middle, DVec3::ZERO, false),
-        ];
-        let places = cases.map(|(position, normal, _)| Place { position, normal, face: Some(face) });
-        let said = certify_points(&scene, &places, &request).map_err(|error| error.to_string())?;
-        for ((_, _, is_due), said) in cases.iter().zip(&said) {
-            if said.is_ok() != *is_due {
-                findings.push(format!("of face {face}: {said:?}, an answer is due: {is_due}"));
-            }
-        }
-        if certify_points(&scene, &[Place { face: Some(scene.faces().len()), ..places[0] }], &request)
-            .map_err(|e| e.to_string())?[0]
-            .is_ok()
-        {
-            findings.push("a point of no face has an answer".to_owned());
-        }
-    }
-    Ok(findings)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scenes::family::Family;
 
     #[test]
     fn a_number_that_is_another_one_in_other_channels_is_seen() {
         let told = |pairs: &[(f64, f64)]| apart(pairs.to_vec(), 1e-20).is_some();
         assert!(!told(&[(1.0, 1.0 + 1e-12), (f64::NAN, f64::NAN), (f64::INFINITY, f64::INFINITY)]));
         assert!(told(&[(1.0, 1.0), (1e-3, 1.1e-3)]) && told(&[(1.0, f64::NAN)]) && told(&[(0.0, 1e-19)]));
-    }
-
-    #[test]
-    fn a_solution_that_is_taken_for_another_ones_is_missed_by_limits() {
-        let mut model = Family::Sphere.model(31, 1);
-        assert_eq!(limits(&model), Ok(Vec::new()));
-        model.exact = super::super::model::Exact::Even(9.0);
-        assert_eq!(limits(&model).map(|findings| findings.len()), Ok(1));
     }
 }
