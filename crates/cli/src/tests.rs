@@ -127,7 +127,7 @@ fn points_are_read_or_refused_line_by_line() {
     for seed in seeds {
         lone.under_fire(seed.as_bytes(), |file, text| {
             let lines = text.iter().filter(|byte| **byte == b'\n').count() + 1;
-            assert!(Points::read(file, text.len() as u64 - 1).is_err(), "a byte too many");
+            assert!(text.is_empty() || Points::read(file, text.len() as u64 - 1).is_err(), "a byte too many");
             if let Ok(points) = Points::read(file, 1 << 20) {
                 assert!(points.places().count() <= lines);
             }
