@@ -194,3 +194,68 @@ fn a_program_in_c_compiles_and_runs() {
     let exact = 80.0 * 4.0 / std::f64::consts::PI * (0.5 / 1.25_f64.sqrt()) * (0.5 / 1.25_f64.sqrt()).atan();
     assert!((value - exact).abs() < 1e-11, "{printed}: {exact}");
 }
+
+#[test]
+fn no_numbers_of_a_caller_end_the_program() {
+    // Each number of each call is one of these, by xorshift (G. Marsaglia 2003).
+    const NUMBERS: [f64; 16] = [
+        0.0,
+        -0.0,
+        1.0,
+        -1.0,
+        0.5,
+        1e-300,
+        5e-324,
+        1e300,
+        f64::MAX,
+        f64::NAN,
+        f64::INFINITY,
+        f64::NEG_INFINITY,
+        1.0 + f64::EPSILON,
+        0.1,
+        1e-9,
+        3.0,
+    ];
+    let count = std::env::var("RADGRAD_MUTANTS").ok().and_then(|count| count.parse().ok()).unwrap_or(300);
+    let mut state = 0x9e37_79b9_7f4a_7c15_u64;
+    let mut below = |count: u64| {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        usize::try_from((state >> 33) % count).unwrap()
+    };
+    let (mut answered, mut refused) = (0, 0);
+    for _ in 0..count {
+        let mut vertices = SQUARE;
+        let mut given = [0.0, 0.0, 0.25, 0.0, 0.0, 1.0, 1.0, 1e-9, 1.0];
+        for _ in 0..below(4) {
+            vertices[below(12)] = NUMBERS[below(16)];
+            given[below(9)] = NUMBERS[below(16)];
+        }
+        let corners = if below(8) == 0 { below(5) } else { 4 };
+        let (mut lamp, mut answer) = (null_mut(), Answer::default());
+        // SAFETY: there are four vertices of three numbers, of which at most as many are named, and room for an address and an answer.
+        unsafe {
+            let made = match below(3) {
+                0 => radgrad_emitter_constant(vertices.as_ptr(), corners, given[8], &raw mut lamp),
+                1 => radgrad_emitter_linear(vertices.as_ptr(), corners, given[5..].as_ptr(), &raw mut lamp),
+                _ => radgrad_emitter_affine(vertices.as_ptr(), corners, given[8], given[..3].as_ptr(), &raw mut lamp),
+            };
+            let status = match made {
+                Status::RADGRAD_OK => {
+                    radgrad_evaluate(lamp, given[..3].as_ptr(), given[3..].as_ptr(), given[6], given[7], &raw mut answer)
+                }
+                status => status,
+            };
+            radgrad_emitter_free(if made == Status::RADGRAD_OK { lamp } else { null_mut() });
+            assert_ne!(status, Status::RADGRAD_FAULT, "{vertices:?} {given:?}");
+            if status == Status::RADGRAD_OK {
+                assert!(answer.radiosity.is_finite() && answer.radiosity_error >= 0.0, "{answer:?} {vertices:?} {given:?}");
+                answered += 1;
+            } else {
+                refused += 1;
+            }
+        }
+    }
+    assert!(answered > count / 10 && refused > count / 10, "{answered} answered, {refused} refused");
+}

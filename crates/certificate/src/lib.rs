@@ -37,8 +37,8 @@ mod sampling;
 mod source;
 
 pub use error::Error;
-pub use mean::certify;
-pub use points::{Place, PointCertificate, certify_points};
+pub use mean::{certify, certify_until};
+pub use points::{Place, PointCertificate, certify_points, certify_points_until};
 
 /// The request for a certificate: half-width, probability of failure, number of rays and seed.
 ///

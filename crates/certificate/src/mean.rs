@@ -1,5 +1,7 @@
 //! The certificate of the mean.
 
+use std::sync::atomic::AtomicBool;
+
 use radgrad_scene::{Prepared, Scene};
 use rand::SeedableRng;
 use rand::rngs::ChaCha8Rng;
@@ -33,9 +35,17 @@ const PATIENCE: f64 = 0.1;
 /// # Errors
 /// If the request is out of range, or the scene is refused as in [`Prepared::new`].
 pub fn certify(scene: &Scene, request: &Request) -> Result<Certificate, Error> {
+    certify_until(scene, request, &AtomicBool::new(false))
+}
+
+/// [`certify`] that ends with [`radgrad_scene::Error::Stopped`] soon after another thread sets `stop`: it is looked at between blocks of walks.
+///
+/// # Errors
+/// As [`certify`], and if it was ended.
+pub fn certify_until(scene: &Scene, request: &Request, stop: &AtomicBool) -> Result<Certificate, Error> {
     request.check()?;
     let prepared = Prepared::new(scene)?;
-    let model = Model::new(&prepared);
+    let model = Model::new(&prepared).until(stop);
     let lamps = Source::lamps(&model);
     if lamps.power() == 0.0 {
         let dark = vec![Interval { lower: 0.0, upper: 0.0 }; model.channels];
@@ -109,6 +119,7 @@ impl Walker for FromLamps<'_> {
         let mut weights = vec![0.0; model.channels];
         let mut sums = Vec::with_capacity(BLOCK * model.channels);
         for _ in 0..BLOCK {
+            self.walks.model.go_on()?;
             tally.sums.fill(0.0);
             self.source.walk(&self.walks, &mut generator, &mut weights, &mut tally);
             sums.extend(tally.sums.iter().map(|sum| [*sum; 2]));

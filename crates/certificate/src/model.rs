@@ -2,7 +2,9 @@
 //! range of a walk's contribution.
 
 use std::f64::consts::PI;
+use std::sync::atomic::{AtomicBool, Ordering};
 
+use crate::Error;
 use radgrad_core::DVec3;
 use radgrad_scene::{Occluders, Prepared, Quantity, Scene, largest, triangulate};
 use rand::RngExt;
@@ -25,6 +27,8 @@ pub(crate) struct Model<'a> {
     pub(crate) area: f64,
     /// Mean radiosity over that area that is emitted, in each channel.
     pub(crate) emitted: Vec<f64>,
+    /// Set where the work is to end.
+    stop: Option<&'a AtomicBool>,
 }
 
 #[derive(Debug)]
@@ -116,7 +120,22 @@ impl<'a> Model<'a> {
             exchanging().map(power).sum::<f64>() / area
         };
         let channels = scene.channels().len();
-        Self { scene, index: &prepared.index, channels, area, emitted: (0..channels).map(emitted).collect(), faces }
+        let emitted = (0..channels).map(emitted).collect();
+        Self { scene, index: &prepared.index, channels, area, emitted, faces, stop: None }
+    }
+
+    /// The same, whose walks end soon after `stop` is set.
+    pub(crate) fn until(self, stop: &'a AtomicBool) -> Self {
+        Self { stop: Some(stop), ..self }
+    }
+
+    /// Refuses to go on where the work is to end.
+    pub(crate) fn go_on(&self) -> Result<(), Error> {
+        if self.stop.is_some_and(|stop| stop.load(Ordering::Relaxed)) {
+            Err(radgrad_scene::Error::Stopped.into())
+        } else {
+            Ok(())
+        }
     }
 
     pub(crate) fn surfaces(&self) -> usize {

@@ -5,6 +5,8 @@
 //! Lamps that emit evenly are taken in closed form; others where a walk meets them. A lamp gives no point more than it emits, and
 //! that is the range.
 
+use std::sync::atomic::AtomicBool;
+
 use radgrad_core::{DVec3, Receiver};
 use radgrad_scene::{FormFactors, Prepared, Scene, contains, largest, smallest};
 use rand::SeedableRng;
@@ -75,15 +77,34 @@ pub struct PointCertificate {
 /// # Errors
 /// If the request is out of range, or the scene is refused; of a single point if it is not on its face, or faces nowhere.
 pub fn certify_points(scene: &Scene, places: &[Place], request: &Request) -> Result<Vec<Result<PointCertificate, Error>>, Error> {
+    certify_points_until(scene, places, request, &AtomicBool::new(false))
+}
+
+/// [`certify_points`] that ends with [`radgrad_scene::Error::Stopped`] soon after another thread sets `stop`.
+///
+/// # Errors
+/// As [`certify_points`], and if it was ended.
+pub fn certify_points_until(
+    scene: &Scene,
+    places: &[Place],
+    request: &Request,
+    stop: &AtomicBool,
+) -> Result<Vec<Result<PointCertificate, Error>>, Error> {
     request.check()?;
     if places.is_empty() {
         return Ok(Vec::new());
     }
     let prepared = Prepared::new(scene)?;
-    let model = Model::new(&prepared);
+    let model = Model::new(&prepared).until(stop);
     let light = Light::new(&model, &prepared, FormFactors::new(scene)?);
     let delta = request.delta / (places.len() * model.channels) as f64;
-    Ok(places.iter().enumerate().map(|(index, place)| light.certify(index, place, (request, delta))).collect())
+    let one = |(index, place)| {
+        model.go_on()?;
+        Ok(light.certify(index, place, (request, delta)))
+    };
+    let found = places.iter().enumerate().map(one).collect::<Result<_, Error>>()?;
+    model.go_on()?;
+    Ok(found)
 }
 
 /// How light is found where walks arrive.
@@ -225,6 +246,7 @@ impl Walker for FromPoint<'_> {
         let mut block = Block::default();
         let mut weights = vec![1.0; model.channels];
         for _ in 0..BLOCK {
+            model.go_on()?;
             let first = block.sums.len();
             block.sums.resize(first + model.channels, [0.0; 2]);
             weights.fill(1.0);

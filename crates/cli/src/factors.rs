@@ -2,7 +2,7 @@
 
 mod ahead;
 mod formats;
-mod kept;
+pub(crate) mod kept;
 mod one;
 mod said;
 
@@ -137,7 +137,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<bool, Failure> {
     let outputs = out.iter().flat_map(|(file, format)| formats::files(file, *format)).map(|file| ("out", file));
     let outputs: Vec<_> = outputs.chain(arguments.resume.clone().map(|file| ("resume", file))).collect();
     places::check((&arguments.scene.path, arguments.scene.budget), &[], &outputs)?;
-    out.iter().try_for_each(|(file, _)| output::check(file))?;
+    outputs.iter().try_for_each(|(_, file)| output::check(file))?;
     let scene = arguments.scene.read(Materials::Optional)?;
     let factors = FormFactors::new(&scene)?;
     factors.warnings().for_each(say);

@@ -1,6 +1,7 @@
 //! The program's output files, for callers that have a solution.
 
 use std::path::Path;
+use std::sync::atomic::AtomicBool;
 
 use clap::Parser;
 use radgrad_certificate::{Certificate, Request};
@@ -71,11 +72,12 @@ struct Options {
     view: View,
 }
 
-/// Draws a view, with the options of `radgrad solve --view`, `--camera` first; writes it where a file is named.
+/// Draws a view, with the options of `radgrad solve --view`, `--camera` first; writes it where a file is named. It ends soon after another
+/// thread sets `stop`.
 ///
 /// # Errors
-/// If an option is wrong, or the file cannot be written.
-pub fn picture(solution: &Solution, options: &[String]) -> Result<Picture, String> {
+/// If an option is wrong, the file cannot be written, or it was ended.
+pub fn picture(solution: &Solution, options: &[String], stop: &AtomicBool) -> Result<Picture, String> {
     let Options { view } = Options::try_parse_from(options).map_err(|error| error.render().to_string().trim().to_owned())?;
-    view.picture(solution).map_err(|error| error.to_string())
+    view.picture(solution, stop).map_err(|error| error.to_string())
 }

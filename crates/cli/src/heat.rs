@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use radgrad_scene::{Boundary, HeatError, STEFAN_BOLTZMANN, SurfaceHeat, heat_balance, largest};
+use radgrad_scene::{Boundary, STEFAN_BOLTZMANN, SurfaceHeat, heat_balance, largest, read_file};
 use serde::Deserialize;
 
 use crate::say::say;
@@ -31,6 +31,9 @@ pub(crate) struct Arguments {
     /// A line for each face rather than for each surface.
     #[arg(long)]
     faces: bool,
+    /// Size that a file may have: bytes, or as 256M.
+    #[arg(long, value_name = "BYTES", default_value = "256M", value_parser = crate::scene::bytes)]
+    budget: u64,
 }
 
 /// Why there is no balance.
@@ -38,6 +41,8 @@ pub(crate) struct Arguments {
 pub(crate) enum Failure {
     #[error("{}: {source}", file.display())]
     Csv { file: PathBuf, source: csv::Error },
+    #[error("{}: cannot read: {source}", file.display())]
+    Read { file: PathBuf, source: io::Error },
     #[error("{}: {said}", file.display())]
     Given { file: PathBuf, said: String },
     #[error("{said}")]
@@ -92,9 +97,16 @@ impl Faces {
         self.names.len() - 1
     }
 
-    fn read(file: &Path) -> Result<Self, Failure> {
+    fn said(&self, face: usize) -> String {
+        match (self.names.get(face), self.surfaces.get(face)) {
+            (Some(name), Some(surface)) => format!("face {name} of `{surface}`"),
+            _ => format!("face {face}"),
+        }
+    }
+
+    fn read(file: &Path, limit: u64) -> Result<Self, Failure> {
         let mut faces = Self::default();
-        for line in lines::<FactorLine>(file)? {
+        for line in lines::<FactorLine>(file, limit)? {
             let from = faces.of(&line.from);
             if let Some(surface) = line.from_surface {
                 faces.surfaces[from] = surface;
@@ -110,16 +122,16 @@ impl Faces {
 }
 
 /// The records of a CSV with a header.
-fn lines<T: serde::de::DeserializeOwned>(file: &Path) -> Result<Vec<T>, Failure> {
-    let failed = |source| Failure::Csv { file: file.to_owned(), source };
-    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_path(file).map_err(failed)?;
-    reader.deserialize().collect::<Result<_, _>>().map_err(failed)
+fn lines<T: serde::de::DeserializeOwned>(file: &Path, limit: u64) -> Result<Vec<T>, Failure> {
+    let text = read_file(file, limit).map_err(|source| Failure::Read { file: file.to_owned(), source })?;
+    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(&text[..]);
+    reader.deserialize().collect::<Result<_, _>>().map_err(|source| Failure::Csv { file: file.to_owned(), source })
 }
 
 /// Prints the state of every surface.
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let faces = Faces::read(&arguments.factors)?;
-    let given = lines::<SurfaceLine>(&arguments.surfaces)?;
+    let faces = Faces::read(&arguments.factors, arguments.budget)?;
+    let given = lines::<SurfaceLine>(&arguments.surfaces, arguments.budget)?;
     let wrong = |said: String| Failure::Given { file: arguments.surfaces.clone(), said };
     let mut of_surface: HashMap<&str, (usize, Boundary)> = HashMap::new();
     for (line, of) in given.iter().enumerate() {
@@ -151,7 +163,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let emittances: Vec<f64> = known.iter().map(|of| given[of.0].emittance).collect();
     let boundary: Vec<Boundary> = known.iter().map(|of| of.1).collect();
     let states = heat_balance(&faces.rows, &areas, &emittances, &boundary, arguments.surroundings)
-        .map_err(|error| Failure::Heat { said: said(&error, &faces) })?;
+        .map_err(|error| Failure::Heat { said: error.named(|face| faces.said(face)) })?;
     let groups: Vec<(String, Vec<usize>)> = if arguments.faces {
         faces.names.iter().enumerate().map(|(face, name)| (name.clone(), vec![face])).collect()
     } else {
@@ -166,14 +178,6 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         areas.len()
     ));
     Ok(())
-}
-
-/// The error with the name of its surface.
-fn said(error: &HeatError, faces: &Faces) -> String {
-    match error.surface() {
-        Some(face) if face < faces.names.len() => format!("face {} of `{}`: {error}", faces.names[face], faces.surfaces[face]),
-        _ => error.to_string(),
-    }
 }
 
 /// Of each group its area, the mean of its emissive power as a temperature, and the means of its fluxes.

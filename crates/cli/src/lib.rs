@@ -22,6 +22,8 @@ mod say;
 mod scene;
 mod solve;
 mod summary;
+#[cfg(test)]
+mod tests;
 mod view;
 
 use std::ffi::OsString;

@@ -7,7 +7,7 @@
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use radgrad_scene::output::{Unwritten, write_whole};
+use radgrad_scene::output::{Held, Unwritten};
 use radgrad_scene::{Quantity, Scene, Texture, read_file};
 use radgrad_solver::Solution;
 use serde::{Deserialize, Serialize};
@@ -39,13 +39,16 @@ pub(crate) enum Failure {
     Squares { file: PathBuf, with: bool },
 }
 
-/// The divisions of a run before; none where there is no file yet.
+/// The divisions of a run before; none where there is no file yet, or an empty one as who is killed at once leaves it.
 pub(crate) fn read(file: &Path, run: &Run, limit: u64) -> Result<Vec<usize>, Failure> {
     let text = match read_file(file, limit) {
         Ok(text) => text,
         Err(source) if source.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
         Err(source) => return Err(Failure::Read { file: file.to_owned(), source }),
     };
+    if text.is_empty() {
+        return Ok(Vec::new());
+    }
     let checkpoint: Checkpoint =
         serde_json::from_slice(&text).map_err(|source| Failure::Content { file: file.to_owned(), source })?;
     if checkpoint.scene != run.scene {
@@ -58,9 +61,9 @@ pub(crate) fn read(file: &Path, run: &Run, limit: u64) -> Result<Vec<usize>, Fai
 }
 
 /// Writes the divisions so far.
-pub(crate) fn write(file: &Path, run: &Run, solution: &Solution) -> Result<(), Unwritten> {
+pub(crate) fn write(held: &mut Held, run: &Run, solution: &Solution) -> Result<(), Unwritten> {
     let checkpoint = Checkpoint { scene: run.scene.clone(), squares: run.squares, divisions: solution.divisions() };
-    write_whole(file, |out| {
+    held.write(|out| {
         serde_json::to_writer(&mut *out, &checkpoint)?;
         out.write_all(b"\n")
     })

@@ -105,7 +105,7 @@ fn length(text: &str) -> Result<f64, String> {
 }
 
 /// `1000000`, `64K`, `256M`, `2G`, with `B` or `iB` after the letter or not.
-fn bytes(text: &str) -> Result<u64, String> {
+pub(crate) fn bytes(text: &str) -> Result<u64, String> {
     let digits = text.trim_end_matches(|c: char| !c.is_ascii_digit());
     let shift = match text[digits.len()..].trim().to_ascii_lowercase().as_str() {
         "" | "b" => 0,

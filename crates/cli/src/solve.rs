@@ -364,9 +364,10 @@ fn solved(
     }
     bar.enable_steady_tick(Duration::from_millis(100));
     let squares = matches!(request.divide, Divide::Gradient);
-    let resume = request.resume.as_deref().map(|file| (file, resume::Run { scene: resume::fingerprint(scene), squares }));
-    let divisions = match &resume {
-        Some((file, run)) => resume::read(file, run, request.scene.budget)?,
+    let run = resume::Run { scene: resume::fingerprint(scene), squares };
+    let mut held = request.resume.as_deref().map(output::Held::take).transpose()?;
+    let divisions = match &request.resume {
+        Some(file) => resume::read(file, &run, request.scene.budget)?,
         None => Vec::new(),
     };
     let mut failure: Option<Failure> = None;
@@ -374,12 +375,12 @@ fn solved(
         let p = solution.progress();
         let estimate = 100.0 * p.estimate;
         bar.set_message(format!("round {}: {} elements, {} links, estimate {estimate:.3} %", p.round, p.elements, p.links));
-        let watched = || -> Result<(), Failure> {
+        let mut watched = || -> Result<(), Failure> {
             if let Some((file, format)) = out {
                 write_whole(file, |output| format.write(solution, scene, None, output))?;
             }
-            if let Some((file, run)) = &resume {
-                resume::write(file, run, solution)?;
+            if let Some(held) = &mut held {
+                resume::write(held, &run, solution)?;
             }
             Ok(())
         };

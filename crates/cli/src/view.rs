@@ -13,6 +13,7 @@ mod tone;
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::{Args, ValueEnum};
 use indicatif::ProgressBar;
@@ -39,7 +40,8 @@ const SERVED: usize = 16;
 pub(crate) struct View {
     /// Write what a camera sees: .png, or .exr with numbers.
     ///
-    /// An .exr has the linear radiosity and the estimate of its error, a .png shades by a tone curve in sRGB.
+    /// An .exr has the linear radiosity and the estimate of its error, a .png shades by a tone curve in sRGB. It is written as parts are done
+    /// too, so that a run that is interrupted leaves these.
     #[arg(long, value_name = "FILE", requires = "camera")]
     view: Option<PathBuf>,
     /// Eye, target, up, and field of view: ten numbers.
@@ -99,6 +101,8 @@ pub(crate) enum Failure {
     Solve(#[from] radgrad_solver::Error),
     #[error(transparent)]
     Write(#[from] Unwritten),
+    #[error("the picture was ended before it was whole")]
+    Stopped,
 }
 
 /// A pixel: radiosity, the estimate of its error and irradiance in each channel, and which part of it is of lamps.
@@ -142,33 +146,42 @@ impl View {
 
     /// Draws the view, if one is asked for.
     pub(crate) fn write(&self, solution: &Solution, photometry: Option<&Photometry>) -> Result<(), Failure> {
-        if self.view.is_some() { self.drawn(solution, photometry).map(|_| ()) } else { Ok(()) }
+        if self.view.is_some() { self.drawn(solution, photometry, &AtomicBool::new(false)).map(|_| ()) } else { Ok(()) }
     }
 
-    /// Draws the view, and writes it where a file is named.
-    pub(crate) fn picture(&self, solution: &Solution) -> Result<Picture, Failure> {
-        self.drawn(solution, None)
+    /// Draws the view, and writes it where a file is named, until `stop` is set.
+    pub(crate) fn picture(&self, solution: &Solution, stop: &AtomicBool) -> Result<Picture, Failure> {
+        self.drawn(solution, None, stop)
     }
 
-    fn drawn(&self, solution: &Solution, photometry: Option<&Photometry>) -> Result<Picture, Failure> {
-        let pixels = self.pixels(solution)?;
-        let mut numbers = pixels.iter().flat_map(|pixel| pixel.radiosity.iter().chain(&pixel.estimate));
-        if let Some(&value) = numbers.find(|number| !number.is_finite()) {
-            return Err(radgrad_scene::Error::NotFinite { what: "a pixel".to_owned(), value }.into());
-        }
-        if let Some(file) = &self.view {
+    /// The file is written as parts of the picture are done too, so that a run that is interrupted leaves these.
+    fn drawn(&self, solution: &Solution, photometry: Option<&Photometry>, stop: &AtomicBool) -> Result<Picture, Failure> {
+        let save = |pixels: &[Pixel]| -> Result<(), Failure> {
+            let mut numbers = pixels.iter().flat_map(|pixel| pixel.radiosity.iter().chain(&pixel.estimate));
+            if let Some(&value) = numbers.find(|number| !number.is_finite()) {
+                return Err(radgrad_scene::Error::NotFinite { what: "a pixel".to_owned(), value }.into());
+            }
+            let Some(file) = &self.view else { return Ok(()) };
             match extension(file).as_str() {
-                "exr" => write_whole(file, |out| self.exr(solution, &pixels, out))?,
-                "png" if self.false_colour => legend::write(file, self.size, &pixels, photometry)?,
-                "png" => tone::write(file, self.size, &pixels, (self.tone, self.exposure))?,
+                "exr" => write_whole(file, |out| self.exr(solution, pixels, out))?,
+                "png" if self.false_colour => legend::write(file, self.size, pixels, photometry)?,
+                "png" => tone::write(file, self.size, pixels, (self.tone, self.exposure))?,
                 _ => return Err(Failure::Format { file: file.clone() }),
             }
-        }
+            Ok(())
+        };
+        let pixels = self.pixels(solution, stop, &save)?;
+        save(&pixels)?;
         let all = |of: fn(&Pixel) -> &Vec<f64>| pixels.iter().flat_map(|pixel| of(pixel).iter().copied()).collect();
         Ok(Picture { size: self.size, radiosity: all(|pixel| &pixel.radiosity), estimate: all(|pixel| &pixel.estimate) })
     }
 
-    fn pixels(&self, solution: &Solution) -> Result<Vec<Pixel>, Failure> {
+    fn pixels(
+        &self,
+        solution: &Solution,
+        stop: &AtomicBool,
+        save: &(dyn Fn(&[Pixel]) -> Result<(), Failure> + Sync),
+    ) -> Result<Vec<Pixel>, Failure> {
         let camera = self.camera.as_ref().ok_or(Failure::Camera)?;
         let [width, height] = self.size;
         let index = Occluders::new(solution.mesh().polygons());
@@ -178,6 +191,9 @@ impl View {
             let eye = solution.placement().inward(camera.eye);
             let drawn = self.draft.then(|| solution.not_negative());
             let pixel = |place: usize| {
+                if stop.load(Ordering::Relaxed) {
+                    return Err(Failure::Stopped);
+                }
                 let mut sum = Pixel::dark(solution.channels().len());
                 for sample in 0..samples {
                     let direction = camera.direction([place % width, place / width], offset(sample, samples), self.size);
@@ -186,10 +202,10 @@ impl View {
                 bar.inc(1);
                 Ok(sum)
             };
-            (0..width * height).into_par_iter().map(pixel).collect::<Result<Vec<Pixel>, radgrad_solver::Error>>()?
+            (0..width * height).into_par_iter().map(pixel).collect::<Result<Vec<Pixel>, Failure>>()?
         } else {
-            let scene = shared::Scene { solution, camera, size: self.size, samples, index: &index };
-            shared::draw(&scene, |count| bar.inc(count as u64))?
+            let scene = shared::Scene { solution, camera, size: self.size, samples, index: &index, stop };
+            shared::draw(&scene, |count| bar.inc(count as u64), save)?
         };
         bar.finish_and_clear();
         Ok(pixels)

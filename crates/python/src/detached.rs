@@ -40,6 +40,11 @@ impl Stop {
         self.is_set.load(Ordering::Relaxed)
     }
 
+    /// Itself, for work that looks by its own.
+    pub(crate) const fn flag(&self) -> &AtomicBool {
+        &self.is_set
+    }
+
     fn set(&self) {
         self.is_set.store(true, Ordering::Relaxed);
     }
@@ -124,6 +129,28 @@ pub(crate) fn detached<T: Send>(
             }
         }
     })
+}
+
+/// Does work that cannot look whether to stop, and is bounded. After Ctrl-C the signal's exception is raised at once, and the work is left to
+/// itself.
+pub(crate) fn left<T: Send + 'static>(py: Python<'_>, work: impl FnOnce() -> Result<T, Ended> + Send + 'static) -> PyResult<T> {
+    let (sender, receiver) = channel();
+    let inside = entered()?;
+    // Nobody may listen any more.
+    std::thread::spawn(move || drop(sender.send(inside.install(work))));
+    let receiver = Mutex::new(receiver);
+    loop {
+        let heard = py.detach(|| match receiver.lock() {
+            Ok(receiver) => receiver.recv_timeout(PAUSE),
+            Err(_) => Err(RecvTimeoutError::Disconnected),
+        });
+        match heard {
+            Ok(Ok(found)) => return Ok(found),
+            Ok(Err(Ended::Refused(reason))) => return Err(refused(reason)),
+            Ok(Err(Ended::Stopped)) | Err(RecvTimeoutError::Disconnected) => return Err(failed()),
+            Err(RecvTimeoutError::Timeout) => py.check_signals()?,
+        }
+    }
 }
 
 /// The exception for a fault of the program itself, which no input should cause.

@@ -11,7 +11,7 @@ use radgrad_core::{Answer, Error, Method, Polygon};
 use rayon::prelude::*;
 
 use crate::arrays::{Number, Points, Shape, rows, slice};
-use crate::detached::{Ended, Stop, detached};
+use crate::detached::{Ended, Stop, detached, left};
 use crate::emitter::{self, Emitter};
 use crate::refused;
 
@@ -376,8 +376,8 @@ pub(crate) fn digits(
     digits: u32,
 ) -> PyResult<(String, [String; 3], String, String)> {
     let receiver = Points::new(&position, &normal, &reflectance)?.receiver(0).map_err(refused)?;
-    let (emitter, occluders) = (&emitter.0, emitter::occluders(&occluders)?);
-    let found = detached(py, false, |_| Ok(radgrad_core::evaluate_digits(&receiver, emitter, &occluders, digits)?))?;
+    let (emitter, occluders) = (emitter.0.clone(), emitter::occluders(&occluders)?);
+    let found = left(py, move || Ok(radgrad_core::evaluate_digits(&receiver, &emitter, &occluders, digits)?))?;
     Ok((found.radiosity, found.gradient, found.radiosity_error, found.gradient_error))
 }
 

@@ -11,6 +11,7 @@ mod emitter;
 mod evaluate;
 mod factors;
 mod files;
+mod heat;
 mod pool;
 mod scene;
 mod solution;
@@ -44,6 +45,8 @@ mod _radgrad {
     use super::factors::{FactorBlock, FactorMatrix};
     #[pymodule_export]
     use super::files::{read_regular, write_whole};
+    #[pymodule_export]
+    use super::heat::{heat, heat_jacobian};
     #[pymodule_export]
     use super::pool::threads;
     #[pymodule_export]

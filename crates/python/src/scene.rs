@@ -233,10 +233,9 @@ impl SceneCore {
     fn factors(&self, py: Python<'_>, settings: Settings) -> PyResult<FactorMatrix> {
         let (scene, settings) = (Arc::clone(&self.scene), settings.all());
         let work = |stop: &Stop| -> Result<_, Ended> {
-            let factors = FormFactors::new(&scene)?;
+            let factors = FormFactors::new(&scene)?.until(stop.flag());
             stop.expect(factors.faces().len());
-            let matrix = in_blocks(&factors, stop, |rows| Ok(factors.block(rows, &settings, || stop.step(1))?))?;
-            Ok(factors.join(matrix)?)
+            Ok(factors.matrix(&settings, || stop.step(1))?)
         };
         detached(py, false, work).map(|matrix| FactorMatrix {
             scene: Arc::clone(&self.scene),
@@ -248,7 +247,8 @@ impl SceneCore {
     /// The pairs whose lower face has its row in a block.
     fn factor_block(&self, py: Python<'_>, settings: Settings, first: usize, end: usize) -> PyResult<FactorBlock> {
         let (scene, settings) = (&*self.scene, settings.all());
-        detached(py, false, |_| Ok(FormFactors::new(scene)?.block(first..end, &settings, || {})?)).map(FactorBlock)
+        let work = |stop: &Stop| Ok(FormFactors::new(scene)?.until(stop.flag()).block(first..end, &settings, || {})?);
+        detached(py, false, work).map(FactorBlock)
     }
 
     /// The matrix of blocks of all rows.
@@ -265,19 +265,6 @@ impl SceneCore {
         let areas: Vec<f64> = self.scene.polygons().map(radgrad_core::Polygon::area).collect();
         Ok(PyArray1::from_iter(py, faces.into_iter().map(|face| areas[face])))
     }
-}
-
-/// Blocks after which it is looked whether to stop.
-fn in_blocks<T>(
-    factors: &FormFactors<'_>,
-    stop: &Stop,
-    block: impl Fn(std::ops::Range<usize>) -> Result<T, Ended>,
-) -> Result<Vec<T>, Ended> {
-    const BLOCKS: usize = 64;
-    let rows = factors.faces().len();
-    let length = rows.div_ceil(BLOCKS).max(1);
-    let part = |start: usize| if stop.is_set() { Err(Ended::Stopped) } else { block(start..rows.min(start + length)) };
-    (0..rows).step_by(length).map(part).collect()
 }
 
 /// Settings of the factors; `None` takes Rust's default.

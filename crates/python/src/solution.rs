@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use numpy::{PyArray1, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyTuple};
-use radgrad_certificate::{Certificate, Interval, Place, Request as Certifying, certify, certify_points};
+use radgrad_certificate::{Certificate, Interval, Place, Request as Certifying, certify_points_until, certify_until};
 use radgrad_core::DVec3;
 use radgrad_scene::Scene;
 use radgrad_solver::{
@@ -18,7 +18,7 @@ use radgrad_solver::{
 use rayon::prelude::*;
 
 use crate::arrays::{Shape, vectors};
-use crate::detached::{Ended, detached, failed};
+use crate::detached::{Ended, Stop, detached, failed};
 use crate::pool::{computed, entered};
 use crate::refused;
 use crate::scene::SceneCore;
@@ -71,8 +71,6 @@ pub(crate) struct Request {
     seconds: Option<f64>,
     most_elements: Option<usize>,
     divide: String,
-    /// Rounds after which it ends, whatever was reached.
-    rounds: Option<usize>,
 }
 
 impl Request {
@@ -114,12 +112,12 @@ impl SolutionCore {
         let stop = Arc::new(AtomicBool::new(false));
         let (sender, receiver) = channel();
         let run = {
-            let (stop, scene, rounds) = (Arc::clone(&stop), Arc::clone(&scene), request.rounds.unwrap_or(usize::MAX));
+            let (stop, scene) = (Arc::clone(&stop), Arc::clone(&scene));
             move || {
                 let solved = run(&scene, &options, |progress| {
                     // Nobody listens to a run that was given up.
                     let heard = sender.send(Seen::Round(*progress)).is_ok();
-                    heard && progress.round < rounds && !stop.load(Ordering::Relaxed)
+                    heard && !stop.load(Ordering::Relaxed)
                 });
                 let _ = sender.send(Seen::End(Box::new(solved)));
             }
@@ -264,7 +262,7 @@ impl SolutionCore {
     /// Certifies the mean, and keeps that: lower and upper end in each channel, and the probability of failure, seed, walks and rays.
     fn certify<'py>(&self, py: Python<'py>, wished: Wished) -> PyResult<Bound<'py, PyTuple>> {
         let request = self.request(&wished);
-        let made = detached(py, false, |_| certify(&self.scene, &request).map_err(|error| Ended::Refused(error.to_string())))?;
+        let made = detached(py, false, |stop| Ok(certify_until(&self.scene, &request, stop.flag())?))?;
         let ends = PyArray1::from_iter(py, made.mean.iter().flat_map(ends));
         let said = (ends, made.delta, made.seed, made.walks, made.rays);
         *self.kept() = Some(made);
@@ -280,10 +278,10 @@ impl SolutionCore {
             let face = if is_on_face { Some(self.solution.gather(position, normal)?.face) } else { None };
             Ok((Place { position, normal, face }, None))
         })?;
-        let certified = detached(py, false, |_| {
+        let certified = detached(py, false, |stop| {
             let refused =
                 |index: usize, error: radgrad_certificate::Error| Ended::Refused(format!("{}{error}", shape.place(index)));
-            let found = certify_points(&self.scene, &places, &request).map_err(|error| Ended::Refused(error.to_string()))?;
+            let found = certify_points_until(&self.scene, &places, &request, stop.flag())?;
             let each = found.into_iter().enumerate().map(|(index, of)| of.map_err(|error| refused(index, error)));
             each.collect::<Result<Vec<_>, _>>()
         })?;
@@ -311,14 +309,9 @@ impl SolutionCore {
     /// the file that the options name.
     fn picture<'py>(&self, py: Python<'py>, options: Vec<String>) -> PyResult<Bound<'py, PyTuple>> {
         let solution = &*self.solution;
-        let picture = detached(py, false, |_| radgrad_cli::file::picture(solution, &options).map_err(Ended::Refused))?;
+        let work = |stop: &Stop| radgrad_cli::file::picture(solution, &options, stop.flag()).map_err(Ended::Refused);
+        let picture = detached(py, false, work)?;
         (picture.size, PyArray1::from_vec(py, picture.radiosity), PyArray1::from_vec(py, picture.estimate)).into_pyobject(py)
-    }
-
-    /// Rounds that were taken.
-    #[getter]
-    fn rounds(&self) -> usize {
-        self.solution.progress().round
     }
 
     /// The bits of the solution on every leaf, by which two runs are compared.

@@ -58,6 +58,10 @@ LONG = {
     "verify": lambda of: rg.verify(cases=10**7),
     "factors": lambda of: of["scene"].factors(tolerance=1e-5),
     "gather": lambda of: of["solution"].gather(of["places"], [0, 0, 1], on="free"),
+    "certify": lambda of: of["solution"].certify(width=1e-6, rays=10**12),
+    "certify points": lambda of: of["solution"].certify(points=(of["places"][:1000], [0, 0, 1]), width=1e-6),
+    "image": lambda of: of["solution"].image(([0.5, 0.5, 0.5], [0.5, 0.5, 0.0], [0, 1, 0], 60), size=(2000, 2000)),
+    "digits": lambda of: rg.digits([0.5, 0.5, 0.0], [0, 0, 1], of["lamp"], of["screens"] * 40, digits=1000),
     "gradient": lambda of: of["solution"].gradient(of["places"], [0, 0, 1], on="free"),
 }
 

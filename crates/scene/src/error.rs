@@ -276,6 +276,9 @@ pub enum Error {
         /// The names that there are.
         known: String,
     },
+    /// The work was ended from elsewhere.
+    #[error("the work was ended before it was done")]
+    Stopped,
     /// Writing failed.
     #[error("cannot be written: {reason}")]
     Unwritable {

@@ -38,6 +38,9 @@ mod screen;
 #[cfg(test)]
 mod tests;
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use radgrad_core::{DVec3, Emission, Emitter, Method, Polygon, Receiver, Tolerance, Value, evaluate_value};
 use smallvec::SmallVec;
 
@@ -126,7 +129,7 @@ pub struct FormFactors<'a> {
     placement: Placement,
     warnings: Vec<Warning>,
     emitters: Vec<Emitter>,
-    index: Occluders,
+    index: Arc<Occluders>,
     /// Its polygons that may hide a face from another.
     hiders: Tree,
     /// The faces with coordinates up to 1, multiplied by this power of two: factors do not depend on the unit.
@@ -142,6 +145,8 @@ pub struct FormFactors<'a> {
     spheres: Vec<Sphere>,
     /// The areas by which the rounding of coordinates may change what the faces exchange or hide.
     bands: Vec<f64>,
+    /// Set where the work is to end.
+    stop: Option<&'a AtomicBool>,
 }
 
 /// A sphere around a face.
@@ -188,7 +193,23 @@ impl<'a> FormFactors<'a> {
             neighbours,
             spheres,
             bands,
+            stop: None,
         })
+    }
+
+    /// The same, whose work ends with [`Error::Stopped`] soon after another thread sets `stop`: it is looked at between pairs of cells and points.
+    #[must_use]
+    pub fn until(self, stop: &'a AtomicBool) -> Self {
+        Self { stop: Some(stop), ..self }
+    }
+
+    fn is_stopped(&self) -> bool {
+        self.stop.is_some_and(|stop| stop.load(Ordering::Relaxed))
+    }
+
+    /// Refuses to go on where the work is to end: what was found since may be a part.
+    fn go_on(&self) -> Result<(), Error> {
+        if self.is_stopped() { Err(Error::Stopped) } else { Ok(()) }
     }
 
     /// The scene.
@@ -211,7 +232,7 @@ impl<'a> FormFactors<'a> {
 
     /// The index of its polygons, in those coordinates.
     #[must_use]
-    pub const fn index(&self) -> &Occluders {
+    pub fn index(&self) -> &Occluders {
         &self.index
     }
 

@@ -4,6 +4,10 @@
 //! `q_i = e_i / (1 - e_i) (sigma T_i^4 - B_i)`. Weighted by areas these equations are symmetric and positive: conjugate gradients solve them.
 //! Since only differences of radiosities occur, what one surface loses others gain, whatever rows lack to a sum of 1.
 
+use std::collections::{BinaryHeap, HashMap};
+
+use rayon::prelude::*;
+
 /// The constant of Stefan and Boltzmann, W/(m2 K4).
 pub const STEFAN_BOLTZMANN: f64 = 5.670_374_419e-8;
 
@@ -54,7 +58,7 @@ pub enum HeatError {
         rows: usize,
     },
     /// A number is outside its range.
-    #[error("surface {surface}: {what} is {value:e}: it must be {range}")]
+    #[error("surface {surface}: {what} is {value:?}: it must be {range}")]
     Range {
         /// The surface.
         surface: usize,
@@ -97,7 +101,7 @@ pub enum HeatError {
         back: f64,
     },
     /// A row sums to more than 1.
-    #[error("surface {surface}: its factors sum to {sum:.6}, more than 1: faces lie in one place, or a factor is there twice")]
+    #[error("surface {surface}: its factors sum to {sum:.6}, above 1: faces lie in one place, or a factor is there twice")]
     MoreThanAll {
         /// The surface.
         surface: usize,
@@ -106,7 +110,7 @@ pub enum HeatError {
     },
     /// A row sums to less than 1, and the surroundings have no temperature.
     #[error(
-        "surface {surface}: its factors sum to {sum:.6}, so it sees the surroundings: give these a temperature, or close the scene"
+        "surface {surface}: its factors sum to {sum:.6}, so it sees the surroundings: give surroundings=KELVIN, their temperature, or close the scene"
     )]
     Open {
         /// The surface.
@@ -115,20 +119,22 @@ pub enum HeatError {
         sum: f64,
     },
     /// Neither a temperature nor the surroundings fix the level of a surface.
-    #[error("surface {surface}: it sees no surface of known temperature, not even past others: give one of these a temperature")]
+    #[error("surface {surface}: no temperature is known of what it sees, not even past others: give one of these a temperature")]
     NoLevel {
         /// The surface.
         surface: usize,
     },
     /// A surface that absorbs nothing was given a flux.
-    #[error("surface {surface}: with an emittance of 0 no flux tells its temperature: give it a temperature or an emittance")]
+    #[error(
+        "surface {surface}: with an emittance of 0 it is a perfect mirror, which neither gives nor takes heat: its flux must be 0"
+    )]
     Mirror {
         /// The surface.
         surface: usize,
     },
     /// A surface would have to be colder than 0 K.
     #[error(
-        "surface {surface}: it cannot gain the heat that it is given, even at 0 K: its emissive power would be {power:e} W/m2"
+        "surface {surface}: it would have to be below absolute zero to take the flux that it is given: its emissive power would be {power:e} W/m2"
     )]
     BelowZero {
         /// The surface.
@@ -162,6 +168,16 @@ impl HeatError {
             | Self::BelowZero { surface, .. }
             | Self::Unsettled { surface, .. } => Some(surface),
             Self::Count { .. } | Self::Surroundings { .. } | Self::Reciprocity { .. } => None,
+        }
+    }
+
+    /// The message with the name that the caller has for its surface.
+    #[must_use]
+    pub fn named(&self, name: impl FnOnce(usize) -> String) -> String {
+        let said = self.to_string();
+        match self.surface() {
+            Some(surface) => said.replacen(&format!("surface {surface}"), &name(surface), 1),
+            None => said,
         }
     }
 }
@@ -229,7 +245,8 @@ fn in_range(surface: usize, area: f64, emittance: f64, boundary: Boundary) -> Re
     if let Some((_, what, value, range)) = checks.into_iter().find(|check| !check.0) {
         return Err(HeatError::Range { surface, what, value, range });
     }
-    if matches!(boundary, Boundary::Flux(_)) && emittance == 0.0 { Err(HeatError::Mirror { surface }) } else { Ok(()) }
+    let is_mirror = emittance == 0.0 && matches!(boundary, Boundary::Flux(flux) if flux != 0.0);
+    if is_mirror { Err(HeatError::Mirror { surface }) } else { Ok(()) }
 }
 
 /// The equations, each times the area of its surface over that of the largest.
@@ -267,9 +284,6 @@ impl System {
         };
         for (surface, row) in factors.iter().enumerate() {
             let sum: f64 = row.iter().map(|(_, factor)| factor).sum();
-            if sum > 1.0 + DEFECT {
-                return Err(HeatError::MoreThanAll { surface, sum });
-            }
             if surroundings.is_none() && sum < 1.0 - DEFECT {
                 return Err(HeatError::Open { surface, sum });
             }
@@ -376,11 +390,14 @@ impl System {
         let (temperature, flux) = match boundary {
             Boundary::Temperature(kelvin) => (kelvin, flux_found()),
             Boundary::Flux(flux) => {
-                let power = own + (1.0 - emittance) / emittance * flux;
-                if power < 0.0 {
+                // Of a mirror the limit of less and less emittance.
+                let held = if flux == 0.0 { 0.0 } else { (1.0 - emittance) / emittance * flux };
+                let power = own + held;
+                // What is at 0 K emits a rounding of what it balances.
+                if power < -UNSETTLED * crate::largest(held.abs(), own.abs()) {
                     return Err(HeatError::BelowZero { surface, power });
                 }
-                ((power / STEFAN_BOLTZMANN).sqrt().sqrt(), flux)
+                (if power < 0.0 { 0.0 } else { (power / STEFAN_BOLTZMANN).sqrt().sqrt() }, flux)
             }
         };
         let state = SurfaceHeat { temperature, flux, radiosity: own, irradiance: own - flux };
@@ -389,12 +406,77 @@ impl System {
     }
 }
 
+/// Areas with which factors are reciprocal, where only these are known: of surfaces that exchange heat all are fixed by one of them, which
+/// is 1. Where factors have errors those of the largest ones count.
+#[must_use]
+pub fn reciprocal_areas(factors: &[Vec<(usize, f64)>]) -> Vec<f64> {
+    let mut back: Vec<HashMap<usize, f64>> = vec![HashMap::new(); factors.len()];
+    for (from, row) in factors.iter().enumerate() {
+        for &(to, factor) in row {
+            if let Some(back) = back.get_mut(to) {
+                back.insert(from, factor);
+            }
+        }
+    }
+    let mut areas = vec![0.0; factors.len()];
+    for first in 0..factors.len() {
+        // Numbers above 0 are in the order of their bits.
+        let mut ahead = BinaryHeap::from([(u64::MAX, first, 1.0_f64.to_bits())]);
+        while let Some((_, surface, area)) = ahead.pop() {
+            if areas[surface] > 0.0 {
+                continue;
+            }
+            areas[surface] = f64::from_bits(area);
+            for &(to, there) in &factors[surface] {
+                let Some(from_there) = back[surface].get(&to).copied().filter(|from_there| *from_there > 0.0 && there > 0.0)
+                else {
+                    continue;
+                };
+                let area = areas[surface] * (there / from_there);
+                if areas[to] == 0.0 && area > 0.0 && area.is_finite() {
+                    ahead.push((crate::smallest(there, from_there).to_bits(), to, area.to_bits()));
+                }
+            }
+        }
+    }
+    areas
+}
+
+/// Derivatives of the net heats by the temperatures, W/(m2 K), where all temperatures are known: row by row, of the surface that loses
+/// the heat. Heat is linear in the fourth powers, so that a column is the balance of one surface alone at `4 T^3`.
+///
+/// # Errors
+/// As of [`heat_balance`].
+pub fn heat_jacobian(
+    factors: &[Vec<(usize, f64)>],
+    areas: &[f64],
+    emittances: &[f64],
+    kelvins: &[f64],
+    surroundings: Option<f64>,
+) -> Result<Vec<f64>, HeatError> {
+    let known: Vec<Boundary> = kelvins.iter().map(|kelvin| Boundary::Temperature(*kelvin)).collect();
+    heat_balance(factors, areas, emittances, &known, surroundings)?;
+    let count = kelvins.len();
+    let column = |surface: usize| -> Result<Vec<f64>, HeatError> {
+        let mut alone = vec![Boundary::Temperature(0.0); count];
+        alone[surface] = Boundary::Temperature((4.0 * kelvins[surface].powi(3)).sqrt().sqrt());
+        let states = heat_balance(factors, areas, emittances, &alone, surroundings.map(|_| 0.0))?;
+        Ok(states.iter().map(|state| state.flux).collect())
+    };
+    let columns = (0..count).into_par_iter().map(column).collect::<Result<Vec<_>, _>>()?;
+    Ok((0..count).flat_map(|row| columns.iter().map(move |column| column[row])).collect())
+}
+
 /// Exchanges of surfaces with others, the mean of both ways; none with themselves.
 fn exchange_of(factors: &[Vec<(usize, f64)>], areas: &[f64]) -> Result<Vec<Vec<(usize, f64)>>, HeatError> {
     let count = factors.len();
     let mut ways: Vec<Vec<(usize, f64, f64)>> = vec![Vec::new(); count];
     let mut seen_by = vec![usize::MAX; count];
     for (from, row) in factors.iter().enumerate() {
+        let sum: f64 = row.iter().map(|(_, factor)| factor).sum();
+        if sum > 1.0 + DEFECT {
+            return Err(HeatError::MoreThanAll { surface: from, sum });
+        }
         for &(to, factor) in row {
             if to >= count {
                 return Err(HeatError::Column { from, to, defect: "is not there" });
@@ -405,7 +487,7 @@ fn exchange_of(factors: &[Vec<(usize, f64)>], areas: &[f64]) -> Result<Vec<Vec<(
             if !(0.0..=1.0 + DEFECT).contains(&factor) {
                 return Err(HeatError::Range {
                     surface: from,
-                    what: "one of its factors",
+                    what: "one of the factors of F",
                     value: factor,
                     range: "between 0 and 1",
                 });
@@ -495,7 +577,7 @@ mod tests {
         let insulated = Boundary::Flux(0.0);
         let warm = Boundary::Temperature(300.0);
         assert_eq!(refused(&[1.0, 1.0], &BLACK, &[insulated, insulated]), HeatError::NoLevel { surface: 0 });
-        assert_eq!(refused(&[1.0, 1.0], &[0.0, 1.0], &[insulated, warm]), HeatError::Mirror { surface: 0 });
+        assert_eq!(refused(&[1.0, 1.0], &[0.0, 1.0], &[Boundary::Flux(1.0), warm]), HeatError::Mirror { surface: 0 });
         assert!(matches!(refused(&[1.0, 2.0], &BLACK, &[warm, warm]), HeatError::Reciprocity { .. }));
         let out_of_range = [
             refused(&[f64::NAN, 1.0], &BLACK, &[warm, warm]),

@@ -40,7 +40,7 @@ pub use factors::{
     ComputedRow, Entry, Factor, FactorBlock, FactorMatrix, FactorSettings, FieldCell, FormFactors, Narrowed, Repaired,
     SurfaceFactor, SurfaceMatrix, gauss_legendre,
 };
-pub use heat::{Boundary, HeatError, STEFAN_BOLTZMANN, SurfaceHeat, heat_balance};
+pub use heat::{Boundary, HeatError, STEFAN_BOLTZMANN, SurfaceHeat, heat_balance, heat_jacobian, reciprocal_areas};
 pub use host::check_host;
 pub use occluders::{Beam, Found, Occluders, contains};
 pub use place::{Place, Position};

@@ -8,9 +8,9 @@
 #[cfg(target_os = "linux")]
 mod unnamed;
 
-use std::fs::{self, File, OpenOptions};
+use std::fs::{self, File, OpenOptions, TryLockError};
 use std::hash::{BuildHasher, Hasher, RandomState};
-use std::io::{self, BufWriter};
+use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 /// A file could not be written.
@@ -29,14 +29,21 @@ enum Place {
     Device,
 }
 
-/// Whether a file can be written: its folder takes one, and the file in its place may be replaced.
+/// Bytes that there must be room for before a run begins.
+const ROOM: usize = 1 << 20;
+
+/// Whether a file can be written: its folder takes one and has room, and the file in its place may be replaced.
 ///
 /// # Errors
 ///
 /// [`Unwritten`] with the reason.
 pub fn check(file: &Path) -> Result<(), Unwritten> {
     let checked = match place_of(file) {
-        Ok(Place::File(file, _)) => PendingFile::new(&file).map(PendingFile::leave),
+        Ok(Place::File(file, _)) => PendingFile::new(&file).and_then(|mut part| {
+            let written = part.file.write_all(&vec![0; ROOM]);
+            part.leave();
+            written
+        }),
         Ok(Place::Device) => open_device(file).map(drop),
         Err(error) => Err(error),
     };
@@ -62,10 +69,55 @@ pub fn write_whole<E: ToString>(
     file: &Path,
     content: impl FnOnce(&mut BufWriter<File>) -> Result<(), E>,
 ) -> Result<(), Unwritten> {
-    write(file, content).map_err(|reason| Unwritten { file: file.to_owned(), reason })
+    write(file, false, content).map(drop).map_err(|reason| Unwritten { file: file.to_owned(), reason })
 }
 
-fn write<E: ToString>(file: &Path, content: impl FnOnce(&mut BufWriter<File>) -> Result<(), E>) -> Result<(), String> {
+/// A file that one run alone replaces, again and again, while it lasts. Where files cannot be locked, a second run is not noticed.
+#[derive(Debug)]
+pub struct Held {
+    file: PathBuf,
+    /// That in its place, and those before: who opened one of these meanwhile finds it locked.
+    locked: Vec<File>,
+}
+
+impl Held {
+    /// Takes a file, which is empty if there was none.
+    ///
+    /// # Errors
+    /// [`Unwritten`] if another run holds it, or it cannot be opened.
+    pub fn take(file: &Path) -> Result<Self, Unwritten> {
+        let refused = |reason: String| Unwritten { file: file.to_owned(), reason };
+        let mut locked = Vec::new();
+        // Elsewhere a lock keeps the file from being read and replaced too.
+        if cfg!(unix) {
+            let opened = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(file);
+            let opened = opened.map_err(|error| refused(error.to_string()))?;
+            if let Err(TryLockError::WouldBlock) = opened.try_lock() {
+                return Err(refused("another run holds it".to_owned()));
+            }
+            locked.push(opened);
+        }
+        Ok(Self { file: file.to_owned(), locked })
+    }
+
+    /// Replaces it, as [`write_whole`] does.
+    ///
+    /// # Errors
+    /// As [`write_whole`].
+    pub fn write<E: ToString>(&mut self, content: impl FnOnce(&mut BufWriter<File>) -> Result<(), E>) -> Result<(), Unwritten> {
+        let written = write(&self.file, cfg!(unix), content);
+        let written = written.map_err(|reason| Unwritten { file: self.file.clone(), reason })?;
+        self.locked.extend(written);
+        Ok(())
+    }
+}
+
+/// The file that was written, unless it is a device; locked if asked for, before it is in its place.
+fn write<E: ToString>(
+    file: &Path,
+    locked: bool,
+    content: impl FnOnce(&mut BufWriter<File>) -> Result<(), E>,
+) -> Result<Option<File>, String> {
     let io = |error: io::Error| error.to_string();
     let fill = |out: File| -> Result<File, String> {
         let mut out = BufWriter::new(out);
@@ -74,17 +126,22 @@ fn write<E: ToString>(file: &Path, content: impl FnOnce(&mut BufWriter<File>) ->
     };
     let (file, permissions) = match place_of(file).map_err(io)? {
         Place::File(file, permissions) => (file, permissions),
-        Place::Device => return fill(open_device(file).map_err(io)?).map(drop),
+        Place::Device => return fill(open_device(file).map_err(io)?).map(|_| None),
     };
     let part = PendingFile::new(&file).map_err(io)?;
     let written = part.file.try_clone().map_err(io).and_then(fill).and_then(|out| {
         if let Some(permissions) = permissions {
             out.set_permissions(permissions).map_err(io)?;
         }
-        out.sync_all().map_err(io)
+        out.sync_all().map_err(io)?;
+        if locked {
+            // It is new: nobody else has it.
+            let _ = out.try_lock();
+        }
+        Ok(out)
     });
     match written {
-        Ok(()) => part.publish(&file).map_err(io),
+        Ok(out) => part.publish(&file).map_err(io).map(|()| Some(out)),
         Err(reason) => {
             part.leave();
             Err(reason)
@@ -211,8 +268,6 @@ pub fn extension(file: &Path) -> String {
 
 #[cfg(test)]
 mod tests {
-    use std::io::Write;
-
     use super::*;
 
     /// A folder of its own, removed at the end.
@@ -297,6 +352,25 @@ mod tests {
     fn a_full_device_is_reported() {
         let error = write_whole(Path::new("/dev/full"), |out| out.write_all(b"x")).unwrap_err().to_string();
         assert!(error.starts_with("`/dev/full` cannot be written: "), "{error}");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_file_that_is_held_is_not_taken_again_even_after_it_was_replaced() {
+        let folder = Folder::new("held");
+        let file = folder.0.join("a.json");
+        let mut held = Held::take(&file).unwrap();
+        for text in ["", "one", "two"] {
+            if !text.is_empty() {
+                held.write(|out| out.write_all(text.as_bytes())).unwrap();
+            }
+            assert_eq!((fs::read_to_string(&file).unwrap(), folder.entries()), (text.to_owned(), 1));
+            assert!(Held::take(&file).unwrap_err().to_string().ends_with("another run holds it"));
+        }
+        drop(held);
+        let mut next = Held::take(&file).unwrap();
+        assert_eq!(fs::read_to_string(&file).unwrap(), "two", "taking it changes nothing");
+        next.write(|out| out.write_all(b"three")).unwrap();
     }
 
     #[test]

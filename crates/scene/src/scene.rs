@@ -42,6 +42,7 @@ pub use material::Material;
 pub use note::Note;
 pub use overlaps::Overlaps;
 pub(crate) use precision::{Digits, Written, WrittenPrecision, seems_single};
+use prepared::Indexed;
 pub use prepared::{Placement, Prepared};
 pub use seams::{Closedness, Part, Seam, SeamKind};
 pub(crate) use split::triangles;
@@ -76,6 +77,7 @@ pub struct Scene {
     faces: Vec<Face>,
     notes: Vec<Note>,
     modelling: Modelling,
+    indexed: Indexed,
 }
 
 /// How far a scene may be from the one that its file was meant to describe: the rounding of its coordinates, and changes on
@@ -184,7 +186,17 @@ impl Scene {
         }
         let (materials, surfaces, faces, notes) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         let modelling = Modelling::default();
-        Ok(Self { title: None, enclosure: None, channels, materials, surfaces, faces, notes, modelling })
+        Ok(Self {
+            title: None,
+            enclosure: None,
+            channels,
+            materials,
+            surfaces,
+            faces,
+            notes,
+            modelling,
+            indexed: Indexed::default(),
+        })
     }
 
     /// Reads a scene, as a [`Reading`] says or a [`Degenerate`] alone: `.obj` with its `.mtl` ([`crate::obj`]), `.gltf` or `.glb`

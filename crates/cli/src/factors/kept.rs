@@ -36,7 +36,7 @@ pub(crate) enum Failure {
 }
 
 /// A file that rows are added to.
-pub(super) struct Kept {
+pub(crate) struct Kept {
     file: PathBuf,
     out: Mutex<Out>,
 }
@@ -49,7 +49,7 @@ struct Out {
 
 impl Kept {
     /// Opens the file of a run for this scene and these settings, and reads what it has.
-    pub(super) fn open(file: &Path, scene: &str, asked: String) -> Result<(Self, Vec<ComputedRow>), Failure> {
+    pub(crate) fn open(file: &Path, scene: &str, asked: String) -> Result<(Self, Vec<ComputedRow>), Failure> {
         let unusable = |source: io::Error| Failure::Unusable { file: file.to_owned(), source };
         let head = Head { factors_of: scene.to_owned(), asked, version: env!("CARGO_PKG_VERSION").to_owned() };
         // Nothing is opened for writing before it is known for a file of ours.
@@ -78,7 +78,7 @@ impl Kept {
     }
 
     /// Adds a row.
-    pub(super) fn keep(&self, row: &ComputedRow) {
+    pub(crate) fn keep(&self, row: &ComputedRow) {
         let line = line(row);
         let mut out = self.out.lock().unwrap_or_else(PoisonError::into_inner);
         if out.failed.is_none() {
@@ -87,7 +87,7 @@ impl Kept {
     }
 
     /// Whether all rows were kept.
-    pub(super) fn close(self) -> Result<(), Failure> {
+    pub(crate) fn close(self) -> Result<(), Failure> {
         let out = self.out.into_inner().unwrap_or_else(PoisonError::into_inner);
         out.failed.map_or(Ok(()), |source| Err(Failure::Unusable { file: self.file, source }))
     }

@@ -3,6 +3,8 @@
 //! and edges of faces the share of each.
 
 use std::collections::HashMap;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
 
 use radgrad_core::DVec3;
 use radgrad_scene::{Occluders, contains, largest, smallest};
@@ -10,11 +12,13 @@ use radgrad_solver::{Error, Ledger, Solution};
 use rayon::prelude::*;
 
 use super::camera::Camera;
-use super::{Pixel, offset};
+use super::{Failure, Pixel, offset};
 
-/// Pixels along a square that is tried first for itself, and along one that may be interpolated: what is smaller than half of it may be missed
-/// where it has no edge of a face.
-const TILE: usize = 16;
+/// Pixels along a square that is drawn by itself, of a small picture and of others: gathers along its sides are made again beside it.
+const TILES: [usize; 2] = [16, 64];
+const SMALL: usize = 256;
+
+/// Pixels along a square that may be interpolated: what is smaller than half of it may be missed where it has no edge of a face.
 const LARGEST: usize = 8;
 
 /// How far gathers may be off the bilinear function through the corners of their square, over the value and a part of the mean.
@@ -23,6 +27,9 @@ const DARK: f64 = 0.25;
 
 /// Faces that a square of pixels may show to be interpolated.
 const FACES: usize = 3;
+
+/// How often a picture is written while it is drawn.
+const PARTS: usize = 16;
 
 /// A ray that meets nothing, or the back of a face.
 const NOTHING: u32 = u32::MAX;
@@ -34,29 +41,36 @@ pub(super) struct Scene<'a> {
     pub(super) size: [usize; 2],
     pub(super) samples: usize,
     pub(super) index: &'a Occluders,
+    /// Set where the work is to end.
+    pub(super) stop: &'a AtomicBool,
 }
 
-/// Draws all pixels; `done` is told of so many.
-pub(super) fn draw(scene: &Scene<'_>, done: impl Fn(usize) + Sync) -> Result<Vec<Pixel>, Error> {
+/// Draws all pixels; `done` is told of so many, and `save` gets the picture with what is done at each of [`PARTS`] of it.
+pub(super) fn draw(
+    scene: &Scene<'_>,
+    done: impl Fn(usize) + Sync,
+    save: &(dyn Fn(&[Pixel]) -> Result<(), Failure> + Sync),
+) -> Result<Vec<Pixel>, Failure> {
     let [width, height] = scene.size;
-    let across = width.div_ceil(TILE);
-    let tiles: Vec<[usize; 2]> = (0..across * height.div_ceil(TILE)).map(|k| [k % across * TILE, k / across * TILE]).collect();
-    let drawn = tiles.into_par_iter().map(|corner| {
-        let mut tile = Tile::new(scene, corner);
-        let [w, h] = [0, 1].map(|k| TILE.min(scene.size[k] - corner[k]));
-        tile.square(corner, TILE)?;
+    let side = TILES[usize::from(width.min(height) >= SMALL)];
+    let across = width.div_ceil(side);
+    let tiles: Vec<[usize; 2]> = (0..across * height.div_ceil(side)).map(|k| [k % across * side, k / across * side]).collect();
+    let (count, channels) = (tiles.len(), scene.solution.channels().len());
+    let picture = Mutex::new((0, (0..width * height).map(|_| Pixel::dark(channels)).collect::<Vec<_>>()));
+    tiles.into_par_iter().try_for_each(|corner @ [left, top]| {
+        let mut tile = Tile::new(scene, corner, side);
+        let [w, h] = tile.size;
+        tile.square(corner, side)?;
         done(w * h);
-        Ok((corner, w, tile.pixels))
-    });
-    let drawn = drawn.collect::<Result<Vec<_>, Error>>()?;
-    let channels = scene.solution.channels().len();
-    let mut pixels: Vec<Pixel> = (0..width * height).map(|_| Pixel::dark(channels)).collect();
-    for ([left, top], w, of_tile) in drawn {
-        for (k, pixel) in of_tile.into_iter().enumerate() {
-            pixels[(top + k / w) * width + left + k % w] = pixel;
+        let mut picture = picture.lock().unwrap_or_else(PoisonError::into_inner);
+        for (k, pixel) in tile.pixels.into_iter().enumerate() {
+            picture.1[(top + k / w) * width + left + k % w] = pixel;
         }
-    }
-    Ok(pixels)
+        picture.0 += 1;
+        let is_part = picture.0 < count && picture.0 * PARTS / count > (picture.0 - 1) * PARTS / count;
+        if is_part { save(&picture.1) } else { Ok(()) }
+    })?;
+    Ok(picture.into_inner().unwrap_or_else(PoisonError::into_inner).1)
 }
 
 /// A square of the picture.
@@ -72,8 +86,8 @@ struct Tile<'a> {
 }
 
 impl<'a> Tile<'a> {
-    fn new(scene: &'a Scene<'a>, corner: [usize; 2]) -> Self {
-        let size = [0, 1].map(|k| TILE.min(scene.size[k] - corner[k]));
+    fn new(scene: &'a Scene<'a>, corner: [usize; 2], side: usize) -> Self {
+        let size = [0, 1].map(|k| side.min(scene.size[k] - corner[k]));
         let eye = scene.solution.placement().inward(scene.camera.eye);
         let polygons = scene.solution.mesh().polygons();
         let met = |pixel: usize| {
@@ -98,7 +112,7 @@ impl<'a> Tile<'a> {
     }
 
     /// Draws the pixels of a square that are in the tile.
-    fn square(&mut self, corner: [usize; 2], side: usize) -> Result<(), Error> {
+    fn square(&mut self, corner: [usize; 2], side: usize) -> Result<(), Failure> {
         let end = [0, 1].map(|k| (corner[k] + side).min(self.corner[k] + self.size[k]));
         if corner[0] >= end[0] || corner[1] >= end[1] {
             return Ok(());
@@ -126,7 +140,7 @@ impl<'a> Tile<'a> {
     }
 
     /// Interpolates a square of few faces, if the light on each allows that.
-    fn interpolate(&mut self, [left, top]: [usize; 2], side: usize, faces: &[u32]) -> Result<bool, Error> {
+    fn interpolate(&mut self, [left, top]: [usize; 2], side: usize, faces: &[u32]) -> Result<bool, Failure> {
         let mut planes: Vec<(u32, Vec<Pixel>, Vec<f64>)> = Vec::new();
         for &face in faces {
             let places = if side > 2 { side / 2 } else { side };
@@ -193,7 +207,7 @@ impl<'a> Tile<'a> {
     }
 
     /// A gather at the upper left corner of a pixel, on the plane of a face; none beside the face.
-    fn at_corner(&mut self, at: [usize; 2], face: u32) -> Result<Option<Pixel>, Error> {
+    fn at_corner(&mut self, at: [usize; 2], face: u32) -> Result<Option<Pixel>, Failure> {
         let key = (at[0], at[1], face);
         if let Some(known) = self.gathers.get(&key) {
             return Ok(known.clone());
@@ -204,7 +218,7 @@ impl<'a> Tile<'a> {
     }
 
     /// Each face of a pixel, gathered in the middle of the places where rays meet it.
-    fn pixel(&mut self, at: [usize; 2]) -> Result<(), Error> {
+    fn pixel(&mut self, at: [usize; 2]) -> Result<(), Failure> {
         let index = self.index(at);
         let mut faces = self.met[index].clone();
         faces.sort_unstable();
@@ -230,14 +244,17 @@ impl<'a> Tile<'a> {
         Ok(())
     }
 
-    fn gather(&self, at: [usize; 2], within: [f64; 2], face: u32) -> Result<Option<Pixel>, Error> {
-        let Scene { solution, camera, size, .. } = self.scene;
+    fn gather(&self, at: [usize; 2], within: [f64; 2], face: u32) -> Result<Option<Pixel>, Failure> {
+        let Scene { solution, camera, size, stop, .. } = self.scene;
+        if stop.load(Ordering::Relaxed) {
+            return Err(Failure::Stopped);
+        }
         let eye = solution.placement().inward(camera.eye);
         let direction = camera.direction(at, within, *size);
         let face = face as usize;
         let Some(point) = meeting(solution, face, [eye, direction]) else { return Ok(None) };
         let Some(leaf) = solution.mesh().leaf_at(face, point) else { return Ok(None) };
-        gathered(solution, leaf, point).map(Some)
+        Ok(Some(gathered(solution, leaf, point)?))
     }
 }
 

@@ -9,5 +9,6 @@ mod factors;
 mod folder;
 mod formats;
 mod hostile;
+mod kills;
 mod scenes;
 mod solve;

@@ -7,16 +7,10 @@ from typing import Any, Optional, Tuple
 
 import numpy as np
 
-from ._evaluate import Floats, _number, _numbers
+from . import _radgrad
+from ._evaluate import Floats, _number, _numbers, _whole
 from ._factors import Factors, dense
 from ._shown import Shown
-
-#: Of Stefan and Boltzmann, W/m2K4 (CODATA 2018, exact to the digits that are given).
-STEFAN_BOLTZMANN = 5.670374419e-8
-
-#: How far a row may be from a sum of 1 where nothing is said of what is around.
-CLOSED = 1e-6
-
 
 @dataclass(frozen=True, eq=False)
 class Heat(Shown):
@@ -41,7 +35,7 @@ class _Heat:
     Parameters
     ----------
     F : Factors, or (n, n)
-        Form factors, from i to j in row i.
+        Form factors, from i to j in row i. Of a matrix the areas are those with which it is reciprocal.
     emittance : float, (n,) or a dict of surfaces
         In [0, 1].
     T : (n,) or a dict of surfaces
@@ -50,7 +44,8 @@ class _Heat:
         Net heats in W/m2 where they are known, None or NaN elsewhere: what is fed in, and leaves by radiation; 0 where a body is adiabatic.
         Each body has one of the two. Of a dict, surfaces that are not named are not known.
     surroundings : float, optional
-        Temperature in K of the black surroundings that open rows see. Without it every row must sum to 1 within 1e-6.
+        Temperature in K of the black surroundings that open rows see. Without it every row must sum to 1 within 0.01,
+        and what it lacks counts for nothing.
 
     Returns
     -------
@@ -60,8 +55,8 @@ class _Heat:
     Raises
     ------
     ValueError
-        If a shape does not fit, a body has both or none of the two, a row is open and nothing is said of what is around, no temperature is
-        known, or a body would have to be below absolute zero.
+        If a shape does not fit, a body has both or none of the two, no areas make the matrix reciprocal to 0.01, a row is open and nothing is
+        said of what is around, no temperature is known, or a body would have to be below absolute zero.
 
     Examples
     --------
@@ -74,39 +69,16 @@ class _Heat:
     """
 
     def __call__(self, F: Any, emittance: Any, T: Any = None, q: Any = None, surroundings: Optional[float] = None) -> Heat:
-        matrix, names = dense(F), F.scene.names if isinstance(F, Factors) else None
-        count = len(matrix)
-        shares = _shares(emittance, count, names)
+        bodies, count, names = _bodies(F, emittance)
         T_known, q_known = _known(T, "T", count, names), _known(q, "q", count, names)
         is_hot = ~np.isnan(T_known)
         for rule, wrong in (
             ("has both a T and a q: give one of the two", is_hot & ~np.isnan(q_known)),
             ("has neither a T nor a q: give one of the two; q is 0 where it is adiabatic", ~is_hot & np.isnan(q_known)),
-            ("has a T that is negative or infinite: temperatures are in K", is_hot & ~((T_known >= 0) & (T_known < np.inf))),
-            ("has an infinite q", np.isinf(q_known)),
-            ("has an emittance of 0 and a q that is not: a perfect mirror neither gives nor takes heat", ~is_hot & (shares == 0) & (q_known != 0)),
         ):
             if wrong.any():
                 raise ValueError(f"{_body(int(np.flatnonzero(wrong)[0]), names)} {rule}")
-        around, is_open = _around(matrix, surroundings, names)
-        if not (is_hot & (shares > 0)).any() and not is_open:
-            raise ValueError("no temperature is known, and any level would do: give T of a body whose emittance is above 0")
-        # Of a body of known temperature `B = e s T^4 + (1 - e) G`, of one of known heat `B = q + G`, with `G = F B` and what is around.
-        reflected = np.where(is_hot, 1.0 - shares, 1.0)
-        given = np.where(is_hot, shares * STEFAN_BOLTZMANN * np.where(is_hot, T_known, 0.0) ** 4, np.where(is_hot, 0.0, q_known))
-        try:
-            radiosity = np.linalg.solve(np.eye(count) - reflected[:, None] * matrix, given + reflected * around)
-        except np.linalg.LinAlgError:
-            raise ValueError("the balance has no answer: some bodies see none whose temperature is known; give T of one of them") from None
-        irradiance = matrix @ radiosity + around
-        net = np.where(is_hot, radiosity - irradiance, q_known)
-        held = np.divide(1.0 - shares, shares, out=np.zeros(count), where=shares > 0)
-        power = radiosity + held * net
-        if not (power[~is_hot] >= -1e-12 * np.abs(radiosity).max()).all():
-            at = int(np.flatnonzero(~is_hot & ~(power >= 0))[0])
-            raise ValueError(f"{_body(at, names)} would have to be below absolute zero: more heat is taken from it than reaches it")
-        found = (np.maximum(power, 0.0) / STEFAN_BOLTZMANN) ** 0.25
-        return Heat(np.where(is_hot, T_known, found), net, radiosity, irradiance)
+        return Heat(*_radgrad.heat(bodies, T_known, q_known, _around(surroundings)))
 
     def jacobian(self, F: Any, emittance: Any, T: Any, surroundings: Optional[float] = None) -> Floats:
         """(n, n): derivatives of the net heats by the temperatures, W/m2K, where all temperatures are known: for `scipy.integrate.solve_ivp`.
@@ -118,14 +90,36 @@ class _Heat:
         >>> (J @ [300, 400] / 4).round(6).tolist() == rg.heat([[0, 1], [1, 0]], 0.5, T=[300, 400]).q.round(6).tolist()
         True
         """
-        matrix, names = dense(F), F.scene.names if isinstance(F, Factors) else None
-        shares, hot = _shares(emittance, len(matrix), names), _known(T, "T", len(matrix), names)
-        if not (hot >= 0).all() or np.isinf(hot).any():
-            raise ValueError("T must be known of every body here, in K: finite and not negative")
-        _around(matrix, surroundings, names)
-        one = np.eye(len(matrix))
-        inside = np.linalg.solve(one - (1.0 - shares)[:, None] * matrix, np.diag(4.0 * shares * STEFAN_BOLTZMANN * hot**3))
-        return (one - matrix) @ inside
+        bodies, count, names = _bodies(F, emittance)
+        kelvins = _known(T, "T", count, names)
+        if np.isnan(kelvins).any():
+            raise ValueError(f"T must be known of every body here: that of {_body(int(np.isnan(kelvins).argmax()), names)} is not")
+        return _radgrad.heat_jacobian(bodies, kelvins, _around(surroundings)).reshape(count, count)
+
+
+def _bodies(F: Any, emittance: Any) -> "Tuple[dict[str, Any], int, Optional[list[str]]]":
+    """What is radiated between, how many bodies there are, and their names."""
+    if isinstance(F, Factors):
+        offsets, columns, factors, areas, names = F.indptr, F.indices, F.data, F.scene.areas, F.scene.names
+    else:
+        matrix = dense(F)
+        rows, columns = np.nonzero(matrix)
+        offsets, factors, areas, names = np.searchsorted(rows, np.arange(len(matrix) + 1)), matrix[rows, columns], None, None
+    count = len(offsets) - 1
+    if isinstance(emittance, dict):
+        emittance = _by_name(emittance, "emittance", names)
+    shares = _numbers(emittance, "emittance")
+    if shares.shape not in ((), (count,)):
+        raise ValueError(f"emittance has shape {shares.shape}: expected a number or ({count},)")
+    bodies = {
+        "offsets": offsets.astype(np.int64),
+        "columns": columns.astype(np.int64),
+        "factors": factors,
+        "areas": areas,
+        "emittances": _whole(np.broadcast_to(shares, (count,))),
+        "names": names,
+    }
+    return bodies, count, names
 
 
 def _body(index: int, names: "Optional[list[str]]") -> str:
@@ -141,18 +135,6 @@ def _by_name(values: "dict[Any, Any]", what: str, names: "Optional[list[str]]") 
     return [values.get(name) for name in names]
 
 
-def _shares(emittance: Any, count: int, names: "Optional[list[str]]") -> Floats:
-    given = _by_name(emittance, "emittance", names) if isinstance(emittance, dict) else emittance
-    values = _numbers(given, "emittance")
-    if values.shape not in ((), (count,)):
-        raise ValueError(f"emittance has shape {values.shape}: expected a number or ({count},)")
-    shares = np.broadcast_to(values, (count,))
-    wrong = np.flatnonzero(~((shares >= 0) & (shares <= 1)))
-    if wrong.size:
-        raise ValueError(f"the emittance of {_body(int(wrong[0]), names)} is {shares[wrong[0]]}: it must be between 0 and 1")
-    return shares
-
-
 def _known(values: Any, what: str, count: int, names: "Optional[list[str]]") -> Floats:
     """Numbers, NaN where they are not known."""
     if values is None:
@@ -164,27 +146,11 @@ def _known(values: Any, what: str, count: int, names: "Optional[list[str]]") -> 
     numbers = _numbers(values, what)
     if numbers.shape not in ((), (count,)):
         raise ValueError(f"{what} has shape {numbers.shape}: expected ({count},), None or NaN where it is not known")
-    return np.broadcast_to(numbers, (count,))
+    return _whole(np.broadcast_to(numbers, (count,)))
 
 
-def _around(matrix: Floats, surroundings: Optional[float], names: "Optional[list[str]]") -> "Tuple[Floats, bool]":
-    """What comes in from around, W/m2, and whether anything is open."""
-    if not (np.isfinite(matrix).all() and (matrix >= 0).all()):
-        raise ValueError("F has a factor that is negative or no finite number")
-    free = 1.0 - matrix.sum(axis=1)
-    if (free < -CLOSED).any():
-        at = int(np.argmin(free))
-        raise ValueError(f"the row of {_body(at, names)} sums to {1.0 - free[at]:.9g}, above 1: faces overlap, or take F.repaired()")
-    if surroundings is None:
-        if (free > CLOSED).any():
-            at = int(np.argmax(free))
-            remedy = "give surroundings=, the temperature in K of what is around, or in a closed scene take F.repaired()"
-            raise ValueError(f"the row of {_body(at, names)} sums to {1.0 - free[at]:.9g}, below 1: {remedy}")
-        return np.zeros(len(matrix)), False
-    level = _number(surroundings, "surroundings", "a temperature in K")
-    if not 0 <= level < np.inf:
-        raise ValueError(f"surroundings is {surroundings}: it must be a temperature in K, finite and not negative")
-    return np.maximum(free, 0.0) * STEFAN_BOLTZMANN * level**4, bool((free > CLOSED).any())
+def _around(surroundings: Optional[float]) -> Optional[float]:
+    return None if surroundings is None else _number(surroundings, "surroundings", "a temperature in K")
 
 
 heat = _Heat()

@@ -371,7 +371,6 @@ class Scene:
             "seconds": seconds,
             "most_elements": most_elements,
             "divide": divide,
-            "rounds": None,
         }
         return Solution._made(self, request, watching_rounds(progress))._warn()
 

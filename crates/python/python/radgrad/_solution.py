@@ -155,10 +155,6 @@ class Solution:
             warnings.warn(f"the estimate is {reached:.3g}, above the error of {asked:g} that was asked for: {remedy}", ToleranceWarning, 3)
         return self
 
-    def _again(self) -> "dict[str, Any]":
-        """What gives the same solution on any machine: the same rounds, however long they take."""
-        return {**self._request, "seconds": None, "rounds": self._core.rounds}
-
     def save(self, file: PathLike) -> None:
         """Keep all of it in a ``.npz``, of which `load` makes it again without solving: what is asked of it has the same bytes."""
         about = {"request": self._request, "notes": self._scene.notes, "certificate": self._core.certificate()}
@@ -463,7 +459,7 @@ class Solution:
         tone : "reinhard" or "linear"
             Tone curve of a ``.png``.
         gather : bool
-            One exact gather a ray instead of the polynomials.
+            One exact gather a ray, instead of some that pixels share.
 
         Returns
         -------
@@ -536,11 +532,4 @@ def _kept(scene: "Scene", request: "dict[str, Any]", state: bytes, certificate: 
     solution = Solution(scene, request, _radgrad.SolutionCore.from_bytes(scene._core, request, state, made))
     if made is not None:
         solution._certificate = Certificate(made[3], made[4], np.array(made[0]))
-    return solution
-
-
-def _solved_again(scene: "Scene", request: "dict[str, Any]", digest: str) -> Solution:
-    solution = Solution._made(scene, request)
-    if solution.digest != digest:
-        raise RuntimeError(f"the solution of {scene.digest} is {solution.digest} on this machine, and was {digest} where it came from")
     return solution

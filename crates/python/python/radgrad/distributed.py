@@ -22,7 +22,7 @@ from ._audit import AuditReport, _checked
 from ._evaluate import _whole
 from ._factors import Factors, settings_of
 from ._scene import Scene, _from_bytes
-from ._solution import Gathered, Solution, _gathered, _on_face, _pairs, _solved_again
+from ._solution import Gathered, Solution, _gathered, _kept as _solution_of, _on_face, _pairs
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -157,12 +157,13 @@ def _job(
     part: "tuple[Any, Any]",
     digests: "tuple[str, str]",
     sent: "tuple[bytes, list[str]]",
-    again: "dict[str, Any]",
+    state: bytes,
+    request: "dict[str, Any]",
     on_face: Optional[bool],
 ) -> "tuple[Any, ...]":
     """A job of `gather`."""
     scene = _scene(digests[0], sent)
-    solution: Solution = _keep("/".join(digests), lambda: _solved_again(scene, again, digests[1]))
+    solution: Solution = _keep("/".join(digests), lambda: _solution_of(scene, request, state, None))
     points, normals = part
     return solution._core.gather((_whole(points), _whole(normals), on_face, [len(points)]))
 
@@ -177,8 +178,7 @@ def gather(
 ) -> Gathered:
     """`Solution.gather` on a cluster, by blocks of points: the same bytes.
 
-    A worker is sent the scene, and solves it once: a solution is a function of the scene and of what was asked, to the last digit, and
-    much larger than the scene. Each compares its solution with the digest of the one that is asked for.
+    A worker is sent the scene and the solution once, and solves nothing.
 
     Parameters
     ----------
@@ -203,7 +203,8 @@ def gather(
     parts = [(rows[first:end], directions[first:end]) for first, end in zip(cuts[:-1], cuts[1:])]
     if not parts:
         return solution.gather(points, normals, on)
-    given = {"digests": (digest, solution.digest), "sent": sent, "again": solution._again(), "on_face": _on_face(on)}
+    state = client.submit(bytes, solution._core.to_bytes(), key=f"radgrad-solution-{digest}-{solution.digest}")
+    given = {"digests": (digest, solution.digest), "sent": sent, "state": state, "request": solution._request, "on_face": _on_face(on)}
     # So many at once that a message stays small.
     futures = client.map(_job, parts, **given, pure=False, batch_size=JOBS_A_MESSAGE)
     found = _results(client, futures)

@@ -48,6 +48,7 @@ impl FormFactors<'_> {
         let wanted = Wanted::new(self.index.order(), has_factors);
         let of_row = |place: usize| {
             let found = self.pairs_of(all[place], &self.may_see(all[place], &wanted), settings)?;
+            self.go_on()?;
             progress();
             Ok::<_, Error>(found)
         };

@@ -134,6 +134,7 @@ impl FormFactors<'_> {
         let (mut sum, mut difference) = (0.0, 0.0);
         let mut glance = Glance::default();
         for mixed in pairs {
+            self.go_on()?;
             // The smaller cell looks: what its points see differs less.
             let from = usize::from(mixed.cells[1].area < mixed.cells[0].area);
             let [own, cell] = [from, 1 - from].map(|k| &mixed.cells[k].points[..]);
@@ -162,6 +163,7 @@ impl FormFactors<'_> {
         }
         let mut open: f64 = pieces.iter().map(|piece: &Piece| piece.difference).sum();
         while open > goal.difference && points < goal.most_points {
+            self.go_on()?;
             let Some(worst) = pieces.pop() else { break };
             open -= worst.difference;
             for patch in worst.patch.halves(worst.direction) {

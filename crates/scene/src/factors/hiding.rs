@@ -167,7 +167,7 @@ impl FormFactors<'_> {
         // The boxes around the last one, and what was tried for each.
         let around: RefCell<Vec<(Range<usize>, Tried)>> = RefCell::default();
         let enter = |range: Range<usize>, corners: [DVec3; 8]| {
-            if !wanted.any_above(from, range.clone()) {
+            if self.is_stopped() || !wanted.any_above(from, range.clone()) {
                 return false;
             }
             let mut around = around.borrow_mut();

@@ -254,6 +254,7 @@ impl FormFactors<'_> {
             let mut others = self.may_see(from, &wanted);
             others.extend(&below[from]);
             let found = self.pairs_of(from, &others, settings)?;
+            self.go_on()?;
             let face = index(from);
             let other = |pair: &Pair| if pair.faces[0] == face { pair.faces[1] } else { pair.faces[0] };
             let row = ComputedRow { face, pairs: found.iter().map(|pair| (other(pair), pair.known)).collect() };

@@ -197,6 +197,7 @@ impl FormFactors<'_> {
         let [low, high] = [from.min(to), from.max(to)];
         let wanted = Wanted::new(self.index.order(), (0..self.emitters.len()).map(|face| face == high).collect());
         let may_see = low != high && !self.may_see(low, &wanted).is_empty();
+        self.go_on()?;
         let known = if may_see { self.pair([low, high], settings)? } else { None };
         let nothing = Factor { value: 0.0, lower: 0.0, upper: 0.0, error: 0.0, modelling: 0.0, estimate: 0.0, occluders: 0 };
         Ok(known.map_or(nothing, |known| known.over(self.scaled(from).area())))
@@ -207,9 +208,11 @@ impl FormFactors<'_> {
     /// An outline whose points are off by at most d adds or loses a band of at most d times its perimeter, and two surfaces exchange at
     /// most the area of either: so much do the rounded outlines of the two faces and of those between them change the exchange.
     pub(super) fn pair(&self, faces: [usize; 2], settings: &FactorSettings) -> Result<Option<Known>, Error> {
+        self.go_on()?;
         let Some(sighted) = self.sighted(faces, settings) else { return Ok(None) };
         let modelling: f64 = faces.iter().chain(&sighted.candidates).map(|&face| self.bands[face]).sum();
         let known = self.exchanged(faces, sighted, settings)?;
+        self.go_on()?;
         Ok(known.map(|known| known.widened(modelling, self.smaller_area(faces))))
     }
 
@@ -262,7 +265,10 @@ impl FormFactors<'_> {
         let difference = larger(difference, settings.relative_estimate * free.area);
         let goal = Goal { difference, most_points: settings.most_points, at_point: 0.01 * settings.estimate };
         if !is_precise {
-            search.narrow(|bracket| bracket.width() <= ROUGHLY * allowed(bracket), settings.most_cells.min(A_LOOK));
+            search.narrow(
+                |bracket| self.is_stopped() || bracket.width() <= ROUGHLY * allowed(bracket),
+                settings.most_cells.min(A_LOOK),
+            );
         }
         let bracket = search.bracket();
         let (value, off) = if bracket.width() <= 2.0 * difference {
@@ -274,7 +280,7 @@ impl FormFactors<'_> {
             (search.seen() + found.area, found.difference)
         };
         search.only_bracket(smaller(of_bracket, MOST_OF_BRACKET));
-        search.narrow(|bracket| bracket.error_of(value) <= allowed(bracket), settings.most_cells);
+        search.narrow(|bracket| self.is_stopped() || bracket.error_of(value) <= allowed(bracket), settings.most_cells);
         let bracket = search.bracket();
         // A pair that is proven hidden has no factor.
         if bracket.most == 0.0 {

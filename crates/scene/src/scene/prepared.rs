@@ -12,6 +12,9 @@
 //! - If the largest coordinate is then not between 2^-64 and 2^64, the power of two that brings it to [1/2, 1) multiplies all. Only
 //!   underflow makes that inexact, where a scene has lengths of very different sizes: it is refused.
 
+use std::fmt;
+use std::sync::{Arc, Mutex, PoisonError};
+
 use radgrad_core::{DVec3, Polygon};
 
 use super::healing::weld;
@@ -93,7 +96,7 @@ pub struct Prepared {
     /// How it was moved and scaled.
     pub placement: Placement,
     /// The index of its polygons.
-    pub index: Occluders,
+    pub index: Arc<Occluders>,
     /// Properties of the scene that are probably not meant.
     pub warnings: Vec<Warning>,
 }
@@ -108,14 +111,66 @@ impl Prepared {
     pub fn new(scene: &Scene) -> Result<Self, Error> {
         let placement = Placement::centring(scene);
         let ready = scene.placed(&placement)?;
-        let index = Occluders::new(ready.polygons());
         // Faces that were cut far away have corners that were rounded there.
         let rounding = 4.0 * f64::EPSILON * placement.centre.abs().max_element() * placement.power;
-        let pairs = overlaps::pairs(&ready, &index, ready.modelling.precision + rounding);
-        overlaps::refused(pairs.iter().map(|pair| pair.named(scene, |at| placement.outward(at))))?;
+        let precision = ready.modelling.precision + rounding;
+        let index = match scene.indexed.of(&ready, precision) {
+            Some(index) => index,
+            None => {
+                let index = Arc::new(Occluders::new(ready.polygons()));
+                let pairs = overlaps::pairs(&ready, &index, precision);
+                overlaps::refused(pairs.iter().map(|pair| pair.named(scene, |at| placement.outward(at))))?;
+                scene.indexed.keep(&ready, precision, &index);
+                index
+            }
+        };
         let mut warnings: Vec<Warning> = coarse(scene).into_iter().collect();
         warnings.extend(ready.unlit(&index));
         Ok(Self { scene: ready, placement, index, warnings })
+    }
+}
+
+/// The index that was built last of the faces of a scene or of one that was made from it: those with the same faces share it. It is no part of
+/// what a scene is.
+#[derive(Clone, Default)]
+pub(super) struct Indexed(Arc<Mutex<Option<Known>>>);
+
+/// An index, and of what it is: faces with their surfaces, none of which overlap to this precision.
+struct Known {
+    faces: Vec<(Polygon, usize, bool)>,
+    precision: f64,
+    index: Arc<Occluders>,
+}
+
+impl Indexed {
+    fn faces(ready: &Scene) -> impl Iterator<Item = (&Polygon, usize, bool)> {
+        ready.faces().iter().map(|face| (face.polygon(), face.surface(), ready.surfaces()[face.surface()].exchanges()))
+    }
+
+    fn of(&self, ready: &Scene, precision: f64) -> Option<Arc<Occluders>> {
+        let known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let known = known.as_ref().filter(|known| known.precision == precision)?;
+        let is_same =
+            Self::faces(ready).eq(known.faces.iter().map(|(polygon, surface, exchanges)| (polygon, *surface, *exchanges)));
+        is_same.then(|| Arc::clone(&known.index))
+    }
+
+    fn keep(&self, ready: &Scene, precision: f64, index: &Arc<Occluders>) {
+        let faces = Self::faces(ready).map(|(polygon, surface, exchanges)| (polygon.clone(), surface, exchanges)).collect();
+        let known = Known { faces, precision, index: Arc::clone(index) };
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(known);
+    }
+}
+
+impl PartialEq for Indexed {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
+impl fmt::Debug for Indexed {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Indexed")
     }
 }
 

@@ -55,8 +55,12 @@ impl Scene {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
+    use radgrad_core::{DVec3, Polygon};
+
     use super::*;
-    use crate::Degenerate;
+    use crate::{Degenerate, Prepared};
 
     #[test]
     fn other_values_leave_all_else_and_wrong_ones_are_refused() {
@@ -74,6 +78,12 @@ mod tests {
             assert_eq!(scene.faces()[face].polygon(), other.faces()[face].polygon());
         }
         assert_eq!((scene.surfaces(), scene.notes().len()), (other.surfaces(), other.notes().len()));
+        let [own, of_other] = [&scene, &other].map(|of| Prepared::new(of).unwrap().index);
+        assert!(Arc::ptr_eq(&own, &of_other), "the index is not built again");
+        let mut more = other.clone();
+        let beside = Polygon::new([0.0, 1.0, 2.0].map(|x| DVec3::new(9e3 + x, x * x, 0.0)).to_vec()).unwrap();
+        more.add_face(0, 0, beside, None).unwrap();
+        assert_eq!(Prepared::new(&more).unwrap().index.len(), own.len() + 1);
         assert!(scene.replaced(Quantity::Reflectance, &values[1..]).is_err());
         for wrong in [1.5, -0.1, f64::NAN] {
             assert!(scene.replaced(Quantity::Reflectance, &vec![wrong; count]).is_err(), "{wrong}");

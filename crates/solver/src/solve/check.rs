@@ -53,6 +53,8 @@ impl Solution {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use radgrad_core::{DVec3, Polygon};
     use radgrad_scene::{Occluders, Placement, Prepared};
 
@@ -78,7 +80,7 @@ mod tests {
         level(10.0, 1.0, true);
         let options = Options { error: 0.1, ..Options::default() };
         let solved = |scene: &Scene| {
-            let (placement, index, warnings) = (Placement::default(), Occluders::new(scene.polygons()), Vec::new());
+            let (placement, index, warnings) = (Placement::default(), Arc::new(Occluders::new(scene.polygons())), Vec::new());
             let ready = Prepared { scene: scene.clone(), placement, index, warnings };
             solve_on(&ready, &options, (Mesh::new(scene, 1).unwrap(), Served::default()), |_| false).map(|_| ())
         };
