@@ -18,7 +18,7 @@ mod mtl;
 mod tests;
 
 use std::borrow::Cow;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -129,8 +129,8 @@ fn for_each_statement(text: &str, mut take: impl FnMut(usize, &str) -> Result<()
 struct Library {
     /// Index of each by its name.
     names: HashMap<String, usize>,
-    /// How many of them are black for want of their values.
-    unknown: usize,
+    /// Those that are black for want of their values; a name may be given again.
+    unknown: BTreeSet<usize>,
     /// Of these, where materials are required: why. The first face of one is refused.
     faults: BTreeMap<usize, Error>,
 }
@@ -146,7 +146,7 @@ impl Library {
             intake.ignore_fault(error, "taken as black");
         }
         self.names.insert(name.to_owned(), black);
-        self.unknown += 1;
+        self.unknown.insert(black);
         Ok(black)
     }
 }
@@ -338,7 +338,8 @@ impl Reader<'_> {
         let candidates = match &self.missing {
             Some(missing) => missing.clone(),
             None => {
-                let count = self.materials.names.len() - self.materials.unknown;
+                let is_known = |material: &&usize| !self.materials.unknown.contains(material);
+                let count = self.materials.names.values().filter(is_known).count();
                 format!("{count} are known from {} libraries", self.libraries.len())
             }
         };
