@@ -5,5 +5,6 @@ pub(crate) mod case;
 pub(crate) mod edge_name;
 pub(crate) mod horizon;
 pub(crate) mod line;
+pub(crate) mod origin;
 pub(crate) mod plan;
 pub(crate) mod visibility;
