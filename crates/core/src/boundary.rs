@@ -7,4 +7,5 @@ pub(crate) mod horizon;
 pub(crate) mod line;
 pub(crate) mod origin;
 pub(crate) mod plan;
+pub(crate) mod traced;
 pub(crate) mod visibility;

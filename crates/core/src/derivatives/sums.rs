@@ -14,7 +14,8 @@ use crate::boundary::arc::Arc;
 use crate::boundary::case::Case;
 use crate::boundary::edge_name::EdgeName;
 use crate::boundary::line::Line;
-use crate::boundary::origin::{Origin, visit_with_origins};
+use crate::boundary::origin::Origin;
+use crate::boundary::traced::visit_with_origins;
 use crate::boundary::visibility::uncertainty::Uncertainty;
 use crate::forms::affine_weights::{AffineWeight, affine_weights, largest_weight};
 use crate::forms::constant::{EdgeSum, SolidAngleVector};
@@ -89,9 +90,8 @@ impl<T: Real> Sums<T> {
         for (sum, vertex) in moved.vertices[0].iter_mut().zip(vertices) {
             *sum = *sum + vertex;
         }
-        let [by_vertices, by_emission] = [Change::of_vertices(emitter), Change::of_parameters(emitter)].map(|change| {
-            change.bound::<T>(&uncertainty, || largest_weight(&weights, polygon, x, plan.power))
-        });
+        let [by_vertices, by_emission] = [Change::of_vertices(emitter), Change::of_parameters(emitter)]
+            .map(|change| change.bound::<T>(&uncertainty, || largest_weight(&weights, polygon, x, plan.power)));
         for parameter in &mut emission {
             parameter.derivative = parameter.derivative.widened(by_emission);
         }

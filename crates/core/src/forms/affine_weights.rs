@@ -66,7 +66,8 @@ mod tests {
     #[test]
     fn weights_give_back_affine_functions_and_those_of_a_triangle_are_its_coordinates() {
         let x = DVec3::new(0.2, -0.4, 3.0);
-        let corners = [[0.0, 0.0, 0.5], [2.0, 0.0, 0.5], [2.5, 1.0, 0.75], [0.5, 1.5, 0.875], [-0.25, 0.5, 0.625]].map(DVec3::from);
+        let corners =
+            [[0.0, 0.0, 0.5], [2.0, 0.0, 0.5], [2.5, 1.0, 0.75], [0.5, 1.5, 0.875], [-0.25, 0.5, 0.625]].map(DVec3::from);
         for count in [3, 5] {
             let polygon = Polygon::new(corners[..count].to_vec()).unwrap();
             let weights = affine_weights::<f64>(&polygon, x, 0.5);

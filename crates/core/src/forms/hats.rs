@@ -130,7 +130,10 @@ mod tests {
             let occluders = Arc::between(beyond[0], beyond[1], Generator::Occluder(line));
             for arc in [emitters, occluders] {
                 let shares = Ends::new(ends, e).shares_of_constant(&arc, &line, n1);
-                assert!((shares[0] - expected[0]).abs() < 1e-8 && (shares[1] - expected[1]).abs() < 1e-8, "{shares:?} {expected:?}");
+                assert!(
+                    (shares[0] - expected[0]).abs() < 1e-8 && (shares[1] - expected[1]).abs() < 1e-8,
+                    "{shares:?} {expected:?}"
+                );
                 assert!((shares[0] + shares[1] - arc.weight(&line, n1)).abs() < 1e-15);
             }
         }

@@ -60,11 +60,7 @@ struct Rung {
 /// The quantities in the units of the caller, by the first rung whose bounds are within the tolerance, or by the last; `None` where
 /// nothing is visible.
 #[cold]
-pub(crate) fn to_tolerance(
-    find: &impl Find,
-    case: &Case<'_>,
-    tolerance: f64,
-) -> Result<Option<(Vec<Known>, Method)>, Error> {
+pub(crate) fn to_tolerance(find: &impl Find, case: &Case<'_>, tolerance: f64) -> Result<Option<(Vec<Known>, Method)>, Error> {
     let Some(rough) = Rung::by::<f64>(find, case, Method::ClosedForm) else { return Ok(None) };
     if let Some(answer) = rough.answer_within(tolerance)? {
         return Ok(Some(answer));

@@ -58,7 +58,8 @@ impl<'a> Screen<'a> {
         let is_on_it = |v: DVec3| emitter.half_slab() > 0.0 && is_on_outline(v, emitter);
         let side = |&v: &DVec3| if is_on_it(v) { Side::InPlane } else { side_of(v, emitter, plan.power) };
         let sides: Vec<Side> = if receiver_side == Side::InPlane { Vec::new() } else { vertices.iter().map(side).collect() };
-        let screen = Self { occluder, index, cone: BoundingCone::of_polygon(x, &vertices), vertices, sides, receiver_side, doubt };
+        let screen =
+            Self { occluder, index, cone: BoundingCone::of_polygon(x, &vertices), vertices, sides, receiver_side, doubt };
         (screen.casts_shadow() || screen.doubt.is_some()).then_some(screen)
     }
 

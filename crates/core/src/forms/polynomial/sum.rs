@@ -19,8 +19,8 @@ use radgrad_numbers::vec3::Vec3;
 
 use crate::boundary::arc::{Arc, Generator};
 use crate::boundary::plan::height_over_plane;
-use crate::forms::linear::SeenLinear;
 use crate::forms::hats::Weighed;
+use crate::forms::linear::SeenLinear;
 use crate::forms::polynomial::moments::Contour;
 use crate::forms::polynomial::segment::{Segment, on_line};
 use crate::forms::polynomial::within::Within;
