@@ -13,9 +13,12 @@
 //! polygons that are exactly on one line, as in a mesh of occluders or where an occluder stands on the emitter's edge, are taken to stay so:
 //! what they bound counts for one of them, and the derivatives are those by motions that move them together.
 //!
-//! Bounds are running ([`radgrad_numbers::ball`]); the ladder is f64, double-double, then as many bits as it takes.
+//! Bounds are running ([`radgrad_numbers::ball`]) but for the first attempt at a constant emission, where they are derived
+//! ([`crate::forms::edge_lanes::shares`]); the ladder is f64, double-double, then as many bits as it takes.
 
 mod sums;
+
+use std::f64::consts::FRAC_1_PI;
 
 use glam::DVec3;
 use radgrad_numbers::number::ROUNDOFF;
@@ -26,6 +29,7 @@ use crate::boundary::case::Case;
 use crate::boundary::plan::Plan;
 use crate::derivatives::sums::Sums;
 use crate::error::Error;
+use crate::forms::edge_lanes::shares::{self, Shared};
 use crate::ladder::answer::Method;
 use crate::ladder::caller_units::CallerUnits;
 use crate::ladder::components::within_reach;
@@ -124,6 +128,13 @@ pub fn derivatives<'a>(
 /// [`derivatives`], compiled once: generic functions are compiled again in every crate that calls them.
 fn bounded(receiver: &Receiver, emitter: &Emitter, occluders: &[&Polygon], tolerance: f64) -> Result<Derivatives, Error> {
     let tolerance = within_reach(tolerance)?;
+    if occluders.is_empty()
+        && let Emission::Constant(_) = emitter.emission()
+        && let Some(shared) = shares::constant(receiver, emitter.polygon())
+        && let Some(answer) = Derivatives::of_shares(receiver, emitter, &shared, tolerance)?
+    {
+        return Ok(answer);
+    }
     let Some(plan) = Plan::new(receiver, emitter.polygon()) else {
         return Ok(Derivatives::zero(receiver, emitter, occluders));
     };
@@ -135,12 +146,18 @@ fn bounded(receiver: &Receiver, emitter: &Emitter, occluders: &[&Polygon], toler
     })
 }
 
-/// All derivatives, in the order of the fields of [`Derivatives`].
+/// The kinds of quantities: an error counts relative to the largest of its kind.
+const VALUE: usize = 0;
+const GRADIENT: usize = 1;
+const VERTEX: usize = 2;
+const EMISSION: usize = 3;
+const NORMAL: usize = KINDS - 1;
+
+/// All derivatives, in the order in which [`Derivatives::new`] takes them.
 struct All;
 
 impl Find for All {
     fn find<T: Real>(&self, case: &Case<'_>) -> Option<Vec<Quantity<T>>> {
-        const { assert!(KINDS == 5) };
         let Case { receiver, emitter, plan, .. } = *case;
         let sums = Sums::<T>::new(case)?;
         let (factor, n1) = (albedo::<T>(receiver), unit_normal::<T>(receiver));
@@ -153,16 +170,16 @@ impl Find for All {
         let vertices = sums.vertices.into_iter().flatten();
         let parameters = sums.emission.into_iter().map(|parameter| Quantity {
             components: number(parameter.derivative * factor),
-            kind: 3,
+            kind: EMISSION,
             unit: CallerUnits::of_length(i32::from(parameter.is_slope), "derivative by the emission", plan),
         });
         let mut all = vec![
-            Quantity { components: number(irradiance * factor), kind: 0, unit: value },
-            Quantity { components: sums.gradient * factor, kind: 1, unit: gradient },
-            Quantity { components: sums.irradiance * factor, kind: 4, unit: normal },
-            Quantity { components: number(irradiance / T::pi()), kind: 0, unit: value },
+            Quantity { components: number(irradiance * factor), kind: VALUE, unit: value },
+            Quantity { components: sums.gradient * factor, kind: GRADIENT, unit: gradient },
+            Quantity { components: sums.irradiance * factor, kind: NORMAL, unit: normal },
+            Quantity { components: number(irradiance / T::pi()), kind: VALUE, unit: value },
         ];
-        all.extend(vertices.map(|derivative| Quantity { components: derivative * factor, kind: 2, unit: vertex }));
+        all.extend(vertices.map(|derivative| Quantity { components: derivative * factor, kind: VERTEX, unit: vertex }));
         all.extend(parameters);
         Some(all)
     }
@@ -209,6 +226,57 @@ impl Derivatives {
             *parameter = Derivative::number(next());
         }
         result
+    }
+
+    /// Of a constant emission, by its shares and their derived bounds, where these are within the tolerance.
+    #[inline]
+    fn of_shares(receiver: &Receiver, emitter: &Emitter, shared: &Shared, tolerance: f64) -> Result<Option<Self>, Error> {
+        let count = emitter.polygon().vertices().len();
+        let emission = emitter.affine().value;
+        let [of_vector, of_component] = shared.irradiance_errors;
+        let component = unit_normal::<f64>(receiver).dot(shared.irradiance);
+        let vertices = shared.vertices.map(|vertex| vertex * emission);
+        let sizes = vertices[..count].iter().map(|vertex| vertex.norm()).fold(0.0, f64::max);
+        let vertex_errors = shared.vertex_errors.map(|error| error * emission.abs());
+        let meets = |error: f64, size: f64| error <= tolerance * size;
+        let is_met = meets(of_component, component.abs())
+            && meets(of_vector, shared.irradiance.norm())
+            && meets(shared.gradient_error, shared.gradient.norm())
+            && vertex_errors[..count].iter().all(|error| meets(*error, sizes));
+        // A reflectance of 0, an emission of 0 and what leaves the range of doubles are left to the ladder.
+        if !is_met || emission == 0.0 || receiver.reflectance() == 0.0 {
+            return Ok(None);
+        }
+        let factor = albedo::<f64>(receiver);
+        let plan = &shared.plan;
+        let [value, by_normal] =
+            ["radiosity", "derivative by the normal"].map(|name| CallerUnits::of_derivative(0, name, plan, emitter));
+        let [slope, by_vertex] =
+            ["gradient", "derivative by a vertex"].map(|name| CallerUnits::of_derivative(1, name, plan, emitter));
+        let whole = factor * emission;
+        let vector = |unit: CallerUnits, Vec3 { x, y, z }: Vec3<f64>, error: f64, factor: f64| {
+            let (components, error) = unit.components([x, y, z].map(|c| c * factor), error * factor.abs())?;
+            Ok::<_, Error>(Derivative { value: DVec3::from_array(components), error })
+        };
+        let number = |unit: CallerUnits, factor: f64| {
+            let ([value], error) = unit.components([component * factor], of_component * factor.abs())?;
+            Ok::<_, Error>(Derivative { value, error })
+        };
+        let by_emission = CallerUnits::of_length(0, "derivative by the emission", plan);
+        let by_vertices =
+            (0..count).map(|k| vector(by_vertex, vertices[k], vertex_errors[k], factor)).collect::<Result<Vec<_>, Error>>()?;
+        Ok(Some(Self {
+            radiosity: number(value, whole)?,
+            gradient: vector(slope, shared.gradient, shared.gradient_error, whole)?,
+            vertices: by_vertices,
+            occluders: Vec::new(),
+            emission: vec![number(by_emission, factor)?],
+            normal: vector(by_normal, shared.irradiance, of_vector, whole)?,
+            reflectance: number(value, emission * FRAC_1_PI)?,
+            method: Method::ClosedForm,
+            position: receiver.position(),
+            unit_normal: receiver.normal(),
+        }))
     }
 
     fn zero(receiver: &Receiver, emitter: &Emitter, occluders: &[&Polygon]) -> Self {

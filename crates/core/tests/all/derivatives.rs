@@ -1,6 +1,8 @@
 //! Derivatives against differences of the radiosity, and against identities that must hold.
 
-use radgrad_core::{DVec3, Derivatives, Emission, Emitter, Linear, Method, Polygon, Polynomial, Receiver, derivatives, evaluate_to};
+use radgrad_core::{
+    DVec3, Derivative, Derivatives, Emission, Emitter, Linear, Method, Polygon, Polynomial, Receiver, derivatives, evaluate_to,
+};
 use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
 
 /// All that the radiosity at a point depends on.
@@ -137,4 +139,104 @@ fn they_are_the_differences_of_the_radiosity() {
     println!("{seen} problems, {by_screens} vertices of screens that matter");
     assert!(seen > 100 && by_screens > 120, "{seen} {by_screens}");
     assert!(missed.is_empty(), "{} missed:\n{}", missed.len(), missed.join("\n"));
+}
+
+fn lengths<'a>(of: impl IntoIterator<Item = &'a Derivative<DVec3>>) -> f64 {
+    of.into_iter().map(|derivative| derivative.value.length()).sum()
+}
+
+#[test]
+fn cheap_answers_are_within_their_bounds_of_many_digits() {
+    let mut random = ChaCha8Rng::seed_from_u64(23);
+    let (mut closed, mut worst) = (0, 0.0f64);
+    for round in 0..160 {
+        let problem = Problem { emission: Emission::Constant(1.7), screens: Vec::new(), ..random_problem(&mut random, round) };
+        // Near and far.
+        let problem = Problem { position: problem.position - DVec3::Z * f64::from(u32::try_from(round % 5).unwrap()), ..problem };
+        let [cheap, fine] = [1e-12, 0.0]
+            .map(|tolerance| problem.with(|receiver, lamp, screens| derivatives(receiver, lamp, screens, tolerance).unwrap()));
+        closed += usize::from(cheap.method == Method::ClosedForm);
+        let mut hold = |error: f64, bounds: f64| {
+            assert!(error <= bounds, "{round}: {error:e} {bounds:e}");
+            worst = worst.max(if bounds > 0.0 { error / bounds } else { 0.0 });
+        };
+        let vectors = |of: &Derivatives| [vec![of.gradient, of.normal], of.vertices.clone()].concat();
+        for (a, b) in vectors(&cheap).iter().zip(&vectors(&fine)) {
+            hold((a.value - b.value).length(), a.error + b.error);
+        }
+        let numbers = |of: &Derivatives| [vec![of.radiosity, of.reflectance], of.emission.clone()].concat();
+        for (a, b) in numbers(&cheap).iter().zip(&numbers(&fine)) {
+            hold((a.value - b.value).abs(), a.error + b.error);
+        }
+    }
+    println!("{closed} by the closed form in doubles, at most {worst:.2} of a bound");
+    assert!(closed > 80 && worst > 0.02, "{closed} {worst}");
+}
+
+#[test]
+fn what_moves_together_is_what_the_receiver_sees_move() {
+    let mut random = ChaCha8Rng::seed_from_u64(29);
+    let mut seen = 0;
+    for round in (0..200).filter(|round| round % 4 < 2) {
+        let problem = random_problem(&mut random, round);
+        let found = problem.derivatives();
+        let all = || found.vertices.iter().chain(found.occluders.iter().flatten());
+        let places = problem.lamp.iter().chain(problem.screens.iter().flatten());
+        let room = 1e-12 * lengths(all());
+        let about = DVec3::new(0.4, -0.7, 0.2);
+        let (mut shift, mut turn, mut scale) = (DVec3::ZERO, DVec3::ZERO, 0.0);
+        for (place, derivative) in places.zip(all()) {
+            let arm = *place - about;
+            shift += derivative.value;
+            turn += arm.cross(derivative.value);
+            scale += arm.dot(derivative.value);
+        }
+        assert!((shift - found.translation().value).length() <= room, "{round}: {shift} {found:?}");
+        assert!((turn - found.rotation(about).value).length() <= 3.0 * room, "{round}: {turn}");
+        assert!((scale - found.scale(about).value).abs() <= 3.0 * room, "{round}: {scale}");
+        seen += usize::from(found.method != Method::Zero);
+    }
+    assert!(seen > 40, "{seen}");
+}
+
+#[test]
+fn an_edge_seen_along_another_has_a_bound_as_large_as_the_jump() {
+    let point = |x, y, z| DVec3::new(x, y, z);
+    let lamp = vec![point(-1.0, -1.0, 2.0), point(-1.0, 1.0, 2.0), point(1.0, 1.0, 2.0), point(1.0, -1.0, 2.0)];
+    // Its edge is in the plane of the receiver and the lamp's edge at x = 1.
+    let screen = |x: f64| vec![point(x, -2.0, 1.0), point(x, 2.0, 1.0), point(2.0, 0.0, 1.0)];
+    let problem = |x| Problem {
+        position: DVec3::ZERO,
+        normal: DVec3::Z,
+        reflectance: 1.0,
+        lamp: lamp.clone(),
+        emission: Emission::Constant(1.0),
+        screens: vec![screen(x)],
+    };
+    let [before, at, after] = [0.5 - 1e-9, 0.5, 0.5 + 1e-9].map(|x| problem(x).derivatives());
+    let jump = (before.occluders[0][0].value - after.occluders[0][0].value).length();
+    assert!(jump > 0.01 && after.occluders[0][0].value.length() < 1e-9);
+    assert!(at.occluders[0].iter().chain(&at.vertices).any(|vertex| vertex.error >= jump), "{at:?}");
+    for side in [before, after] {
+        for (found, other) in at.occluders[0].iter().zip(&side.occluders[0]).chain(at.vertices.iter().zip(&side.vertices)) {
+            assert!((found.value - other.value).length() <= found.error + 1e-7, "{found:?} {other:?}");
+        }
+    }
+}
+
+#[test]
+fn what_does_not_emit_or_reflect_still_says_what_it_would_give() {
+    let mut problem = random_problem(&mut ChaCha8Rng::seed_from_u64(31), 1);
+    problem.emission = Emission::Constant(0.0);
+    let dark = problem.derivatives();
+    problem.emission = Emission::Constant(1.0);
+    let unit = problem.derivatives();
+    assert!(unit.emission[0].value > 0.0 && (dark.emission[0].value - unit.radiosity.value).abs() < 1e-15);
+    assert!(dark.vertices.iter().all(|vertex| vertex.value == DVec3::ZERO) && dark.radiosity.value == 0.0);
+    problem.reflectance = 0.0;
+    let black = problem.derivatives();
+    assert!((black.reflectance.value - unit.reflectance.value).abs() < 1e-15 && black.radiosity.value == 0.0);
+    problem.position = DVec3::Z * 9.0;
+    let behind = problem.derivatives();
+    assert!(behind.method == Method::Zero && behind.vertices.len() == 3 && behind.reflectance.value == 0.0);
 }
