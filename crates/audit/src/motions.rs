@@ -106,7 +106,7 @@ pub fn campaign(families: &[Family], cases_of_each: u64, seed: u64, is_done: imp
     let name = |family: Family| move |index| Name { family, seed, index };
     let names: Vec<Name> = families.iter().flat_map(|&family| (0..cases_of_each).map(name(family))).collect();
     let ask = |name: &Name| {
-        let tolerance = if name.index % 2 == 0 { 1e-12 } else { 1.0 };
+        let tolerance = if name.index.is_multiple_of(2) { 1e-12 } else { 1.0 };
         let compared = name.case().problem().ok().map(|problem| compare(&problem, tolerance, name.seed ^ name.index));
         is_done(name);
         Some((*name, compared?))

@@ -46,6 +46,9 @@ use crate::problem::triangulate::{Few, convex_parts};
 /// they do at a vertex of the input.
 pub(crate) type Outline<T> = Vec<(Arc<T>, bool)>;
 
+/// An arc, with the line of the input that it is on.
+type Traced<T> = (Arc<T>, Origin);
+
 /// A result, with the uncertainty that the decisions left.
 type WithUncertainty<T, R> = (R, Uncertainty<RadiusOf<T>>);
 
@@ -66,7 +69,7 @@ pub(crate) fn arcs_with_origins<T: Real>(
     emitter: &Emitter,
     occluders: &[&Polygon],
     plan: &Plan,
-) -> Option<WithUncertainty<T, Vec<(Arc<T>, Origin)>>> {
+) -> Option<WithUncertainty<T, Vec<Traced<T>>>> {
     let Visible { parts, sides, uncertainty } = visible(receiver, emitter, occluders, plan)?;
     Some((boundary::arcs_with_origins(&parts, &sides), uncertainty))
 }

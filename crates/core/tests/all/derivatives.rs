@@ -86,7 +86,7 @@ fn random_problem(random: &mut ChaCha8Rng, round: usize) -> Problem {
         Emission::Polynomial(Polynomial::new(DVec3::new(0.1, 0.2, 0.8), terms).unwrap()),
     ][round % 4]
         .clone();
-    let normal = if round % 3 == 0 { vector(1.0) } else { vector(0.3) + DVec3::Z };
+    let normal = if round.is_multiple_of(3) { vector(1.0) } else { vector(0.3) + DVec3::Z };
     let position = vector(0.5) - DVec3::Z * 0.3;
     let screens = (0..round / 4 % 3).map(|i| {
         let middle = vector(0.3) + DVec3::Z * if i == 0 { 0.4 } else { 0.9 };
