@@ -17,6 +17,7 @@ chapters! {
     solver "../../crates/solver/README.md",
     evaluate "../../docs/guide/evaluate.md",
     trust "../../docs/guide/trust.md",
+    derivatives "../../docs/guide/derivatives.md",
     gradients "../../docs/guide/gradients.md",
     scenes "../../docs/guide/scenes.md",
     heat "../../docs/guide/heat.md",

@@ -17,6 +17,7 @@ use radgrad_audit::family::Family;
 use radgrad_audit::forms::{FORMS as FORMS_NAMED, forms};
 use radgrad_audit::gates::Gates;
 use radgrad_audit::measure::{Kind, Quantity};
+use radgrad_audit::motions::{self, Row};
 use radgrad_audit::mutants::{self, mutants};
 use radgrad_audit::precision;
 use radgrad_audit::regression::Regression;
@@ -61,6 +62,9 @@ pub(crate) struct Arguments {
     /// Gradients instead: as `solve --points` finds them by default, at the points of at least so many scenes, against exact slopes and finer solutions
     #[arg(long, value_name = "SCENES", conflicts_with_all = ["bounds", "scenes", "cases", "factors"])]
     gradients: Option<u64>,
+    /// Derivatives instead: by vertices, emission, normal and reflectance, of at least so many cases against slopes of the oracle
+    #[arg(long, value_name = "CASES", conflicts_with_all = ["bounds", "scenes", "cases", "factors", "gradients"])]
+    derivatives: Option<u64>,
     /// Print every row of every table, not the worst alone; the files have all rows in any case
     #[arg(long)]
     pub(crate) tables: bool,
@@ -156,6 +160,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     if let Some(scenes) = arguments.gradients {
         return crate::scenes::gradients(scenes, arguments, &gates).map(ended);
     }
+    if let Some(cases) = arguments.derivatives {
+        return derivatives(cases, arguments, &gates).map(ended);
+    }
     if arguments.bounds {
         return bounds::run(arguments, &gates);
     }
@@ -202,6 +209,44 @@ pub(crate) fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     };
     println!("{}", figures.said(&run, &arguments.out));
     Ok(ended(passed))
+}
+
+/// Derivatives by everything that shapes the light of a point: whether bounds and identities hold.
+fn derivatives(cases: u64, arguments: &Arguments, gates: &Gates) -> Result<bool, Box<dyn Error>> {
+    let families: Vec<Family> = arguments.families().into_iter().filter(|family| !family.is_refused()).collect();
+    let of_each = cases.div_ceil(families.len() as u64);
+    let bar = ProgressBar::new(of_each * families.len() as u64);
+    bar.set_style(style());
+    let campaign = motions::campaign(&families, of_each, arguments.seed, |name| {
+        bar.set_message(name.family.name());
+        bar.inc(1);
+    });
+    bar.finish_and_clear();
+    let mut table = csv::Writer::from_writer(Vec::new());
+    table.write_record(["family", "cases", "compared", "worst share of the bound"])?;
+    for (family, Row { cases, compared, worst }) in &campaign.rows {
+        table.write_record([family.name(), &cases.to_string(), &compared.to_string(), &format!("{worst:.3}")])?;
+    }
+    files::write(&arguments.out.join("derivatives.csv"), table.into_inner()?)?;
+    let count: u64 = campaign.rows.values().map(|row| row.cases).sum();
+    let (share, least) = (campaign.compared(), gates.derivatives());
+    println!(
+        "derivatives of {count} cases, seed {}: {:.1} % held against the oracle's slope, {} wrong",
+        arguments.seed,
+        100.0 * share,
+        campaign.wrong.len()
+    );
+    let mut record = Record::new("derivatives", arguments.seed, count);
+    record.note("compared", format!("{share:.4}"));
+    for (name, why) in &campaign.wrong {
+        record.violated(format_args!("derivatives: {name}: {why}"), &format!("cargo xtask replay {name}"));
+    }
+    // Of no cases there is no share.
+    if share.is_nan() || share < least {
+        let what = format!("derivatives: {:.0} % were held against slopes, the gate is {:.0} %", 100.0 * share, 100.0 * least);
+        record.violated(what, "cargo xtask verify --derivatives 1000");
+    }
+    record.write(&arguments.out)
 }
 
 /// Many digits against the oracle, and the paper's equations against each other; how many cases of how many digits.

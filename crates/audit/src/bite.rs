@@ -35,7 +35,7 @@ use crate::shard::Shard;
 use crate::table::Table;
 use crate::truth::Truth;
 use crate::witness::{self, Query, Witness};
-use crate::{batches, derivatives, entries, estimates, hulls, lamps, operations, refusals, symmetry};
+use crate::{batches, derivatives, entries, estimates, hulls, lamps, motions, operations, refusals, symmetry};
 
 /// Something wrong.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -85,7 +85,7 @@ macro_rules! by_truth {
 }
 
 /// The checks, the quickest first.
-const CHECKS: [Check; 30] = [
+const CHECKS: [Check; 31] = [
     by_truth!("merge", merge),
     by_truth!("canaries", canaries),
     ("witnesses", witnesses),
@@ -112,6 +112,7 @@ const CHECKS: [Check; 30] = [
     by_truth!("bounds", bounds),
     by_truth!("errors", errors),
     by_truth!("derivatives", second_derivatives),
+    by_truth!("motions", motions_of_all),
     by_truth!("brackets", scene_checks::brackets),
     by_truth!("entries", other_entries),
     by_truth!("operations", single_operations),
@@ -478,6 +479,32 @@ fn second_derivatives(_: &Setting<'_>) -> Vec<String> {
     findings
 }
 
+/// Derivatives by everything that shapes the light of a point.
+fn motions_of_all(_: &Setting<'_>) -> Vec<String> {
+    let families = [
+        Family::Generic,
+        Family::Far,
+        Family::Clipped,
+        Family::Contact,
+        Family::NearVertex,
+        Family::Needle,
+        Family::Concave,
+        Family::NGon,
+        Family::PolynomialFar,
+        Family::PolynomialClipped,
+        Family::OneScreen,
+        Family::NearScreen,
+        Family::DippingScreen,
+        Family::Boxes,
+    ];
+    let campaign = motions::campaign(&families, 4, 15, |_| ());
+    let mut findings: Vec<String> = campaign.wrong.iter().map(|(name, finding)| format!("{name}: {finding}")).collect();
+    if 2.0 * campaign.compared() < 1.0 || campaign.rows.len() < families.len() {
+        findings.push(format!("{:.2} of the cases have slopes to compare with", campaign.compared()));
+    }
+    findings
+}
+
 /// Cases in other units, turned, mirrored and named from another vertex.
 fn symmetries(_: &Setting<'_>) -> Vec<String> {
     symmetry::all_wrong()
@@ -548,6 +575,13 @@ mod tests {
         let gates = Gates::from_toml(include_str!("../../../data/gates.toml")).unwrap();
         let setting = Setting { gates: &gates, witnesses: &[], records: &[], first: None, made: Made::All };
         assert_eq!([witnesses(&setting), records("records", Asked::Core, &setting)].map(|findings| findings.len()), [1, 1]);
+    }
+
+    #[test]
+    fn nothing_is_wrong_with_derivatives_by_everything() {
+        let gates = Gates::from_toml(include_str!("../../../data/gates.toml")).unwrap();
+        let setting = Setting { gates: &gates, witnesses: &[], records: &[], first: None, made: Made::All };
+        assert_eq!(motions_of_all(&setting), Vec::<String>::new());
     }
 
     #[test]

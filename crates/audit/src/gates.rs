@@ -9,7 +9,7 @@
 //! ```
 //!
 //! The table `scenes` is for [`crate::scenes`]. Tables under `bounds` are for [`crate::bounds::requirements`]. `appendix-a` is for the second implementation, value and
-//! gradient, on the cases it is meant for.
+//! gradient, on the cases it is meant for; `derivatives` is the least share of cases whose derivatives are held against the oracle's slopes.
 //!
 //! Beside them stand rules that need no number: each input that must be refused is refused and no other, every valid case has an
 //! answer, no answer is NaN or infinite, every case has a truth to be measured by. A gate may only be tightened.
@@ -33,6 +33,7 @@ pub struct Gates {
     bounds: BTreeMap<Family, Requirement>,
     scenes: scenes::table::Requirement,
     appendix_a: f64,
+    derivatives: f64,
 }
 
 /// The file as it is written.
@@ -40,6 +41,8 @@ pub struct Gates {
 #[serde(rename_all = "kebab-case")]
 struct File {
     appendix_a: f64,
+    #[serde(default)]
+    derivatives: f64,
     #[serde(default)]
     bounds: BTreeMap<String, Requirement>,
     #[serde(default)]
@@ -136,7 +139,14 @@ impl Gates {
                 }
             }
         }
-        Ok(Self { families, bounds: by_family(file.bounds)?, scenes: file.scenes, appendix_a: file.appendix_a })
+        let (bounds, derivatives) = (by_family(file.bounds)?, file.derivatives);
+        Ok(Self { families, bounds, scenes: file.scenes, appendix_a: file.appendix_a, derivatives })
+    }
+
+    /// The least share of cases whose derivatives are held against slopes.
+    #[must_use]
+    pub const fn derivatives(&self) -> f64 {
+        self.derivatives
     }
 
     /// The gate of the second implementation.

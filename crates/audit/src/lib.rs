@@ -50,6 +50,7 @@ pub mod lamps;
 mod lattice;
 pub mod leading;
 pub mod measure;
+pub mod motions;
 pub mod mutants;
 pub mod name;
 pub mod operations;

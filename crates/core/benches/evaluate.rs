@@ -1,7 +1,9 @@
 //! Cost of an answer: by requested quantities, by tolerance, by regime. Times are per answer, each over the same hundred receivers.
 
 use divan::{Bencher, black_box, counter::ItemsCount};
-use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver, evaluate_to, gradient, radiosity, radiosity_and_gradient};
+use radgrad_core::{
+    DVec3, Emission, Emitter, Polygon, Receiver, derivatives, evaluate_to, gradient, radiosity, radiosity_and_gradient,
+};
 
 fn main() {
     divan::main();
@@ -66,6 +68,11 @@ fn certified_constant<const DIGITS: i32>(bencher: Bencher<'_, '_>, regime: &str)
 #[divan::bench(args = REGIMES, consts = [12, 15])]
 fn certified_linear<const DIGITS: i32>(bencher: Bencher<'_, '_>, regime: &str) {
     certified(bencher, regime, "linear", DIGITS);
+}
+
+#[divan::bench(args = EMISSIONS)]
+fn all_derivatives(bencher: Bencher<'_, '_>, emission: &str) {
+    each(bencher, "easy", emission, |receiver, lamp| derivatives(receiver, lamp, &[], 1e-12).expect("finite").radiosity.value);
 }
 
 fn certified(bencher: Bencher<'_, '_>, regime: &str, emission: &str, digits: i32) {

@@ -5,5 +5,7 @@ pub(crate) mod case;
 pub(crate) mod edge_name;
 pub(crate) mod horizon;
 pub(crate) mod line;
+pub(crate) mod origin;
 pub(crate) mod plan;
+pub(crate) mod traced;
 pub(crate) mod visibility;

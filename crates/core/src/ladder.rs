@@ -7,6 +7,7 @@ pub(crate) mod components;
 pub(crate) mod digits;
 pub(crate) mod irradiance;
 pub(crate) mod on_surface;
+pub(crate) mod quantities;
 pub(crate) mod rungs;
 pub(crate) mod sum;
 pub(crate) mod value;

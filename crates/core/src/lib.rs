@@ -13,7 +13,8 @@
 //! - [`evaluate_digits`] gives any number of digits;
 //! - [`irradiance_vector`] and [`irradiance_vector_to`] serve many normals at one point, and are the derivative with respect to the
 //!   normal; [`hessian`] and
-//!   [`hessian_to`] give second derivatives with respect to position.
+//!   [`hessian_to`] give second derivatives with respect to position;
+//! - [`derivatives()`] gives the derivatives by the vertices of emitter and occluders, by emission, normal and reflectance.
 //!
 //! ```
 //! use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver, evaluate};
@@ -32,6 +33,7 @@ pub mod batch;
 mod boundary;
 #[doc(hidden)]
 pub mod closed_forms;
+mod derivatives;
 mod error;
 mod evaluate;
 mod forms;
@@ -40,6 +42,7 @@ mod hessian;
 mod ladder;
 mod problem;
 
+pub use derivatives::{Derivative, Derivatives, derivatives};
 pub use error::Error;
 pub use evaluate::{
     DEFAULT_TOLERANCE, evaluate, evaluate_to, evaluate_value, gradient, irradiance_vector, irradiance_vector_to, radiosity,

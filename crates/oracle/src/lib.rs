@@ -11,6 +11,8 @@
 //! to the requested digits, on pieces whose boundary is decided by exact signs, so that its answer is an enclosure, not an
 //! estimate. The other two may not contradict it.
 //!
+//! [`slope_along`] differentiates enclosures along any path of the case.
+//!
 //! [`scene`] is the same for whole scenes, with all reflections: random walks with limits that hold whatever the distribution.
 //!
 //! Units: radiosity in the unit of the emission, the gradient in that unit over the unit of length.
@@ -24,6 +26,7 @@ mod error_free;
 pub mod monte_carlo;
 mod region;
 pub mod scene;
+mod slope;
 mod source_function;
 
 pub use emission_function::{EmissionBounds, EmissionFunction};
@@ -32,4 +35,5 @@ pub use enclosure::interval::Interval;
 pub use enclosure::source::{Polynomial, Source};
 pub use enclosure::{Enclosure, Request, enclose, enclose_occluded, enclose_source, enclose_source_occluded};
 pub use error::{Error, Reached};
+pub use slope::{Slope, slope_along};
 pub use source_function::SourceFunction;

@@ -22,10 +22,10 @@ const CHUNK: usize = 2048;
 const SHORT: usize = 4096;
 
 /// The same with occluders, or in many digits.
-const SHORT_ONE_BY_ONE: usize = 64;
+pub(crate) const SHORT_ONE_BY_ONE: usize = 64;
 
 /// The place of a method in `radgrad.METHODS`: the dearer, the later.
-const fn code(method: Method) -> u8 {
+pub(crate) const fn code(method: Method) -> u8 {
     match method {
         Method::Zero => 0,
         Method::Quadrature => 1,
@@ -320,7 +320,7 @@ fn is_short(points: usize, emitters: usize, occluders: &[Polygon]) -> bool {
 }
 
 /// Before any work.
-fn check(tolerance: f64) -> PyResult<()> {
+pub(crate) fn check(tolerance: f64) -> PyResult<()> {
     if (0.0..=1.0).contains(&tolerance) { Ok(()) } else { Err(refused(Error::Tolerance { value: tolerance })) }
 }
 

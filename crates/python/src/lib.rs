@@ -6,6 +6,7 @@
 
 mod arrays;
 mod audit;
+mod derivatives;
 mod detached;
 mod emitter;
 mod evaluate;
@@ -35,6 +36,8 @@ fn program(py: Python<'_>, arguments: Vec<std::ffi::OsString>) -> PyResult<u8> {
 mod _radgrad {
     #[pymodule_export]
     use super::audit::{AuditTable, audit_case, audit_families, audit_shard, merge_shards};
+    #[pymodule_export]
+    use super::derivatives::derivatives;
     #[pymodule_export]
     use super::detached::watched_by;
     #[pymodule_export]

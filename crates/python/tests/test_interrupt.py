@@ -52,6 +52,7 @@ def test_a_solve_gives_its_last_round_at_ctrl_c(data):
 
 LONG = {
     "hessian": lambda of: rg.hessian(of["x"][:300_000], [0, 0, 1], of["lamp"], of["screens"]),
+    "derivatives": lambda of: rg.derivatives(of["x"][:300_000], [0, 0, 1], of["lamp"], of["screens"]),
     "each": lambda of: rg.each(of["x"], [0, 0, 1], [of["lamp"]] * 8),
     "irradiance_vector": lambda of: rg.irradiance_vector(of["x"], [0, 0, 1], [of["lamp"]] * 30),
     "total": lambda of: rg.EmitterTree([of["lamp"]] * 500).total(of["x"], [0, 0, 1], atol=1e-12),

@@ -163,6 +163,7 @@ def test_another_rounding_is_refused_at_every_door(room, data, tmp_path, request
         lambda: rg.evaluate(x, up, lamp),
         lambda: rg.each(x, up, [lamp]),
         lambda: rg.hessian(x, up, lamp),
+        lambda: rg.derivatives(x, up, lamp),
         lambda: rg.digits(x, up, lamp),
         lambda: rg.irradiance_vector(x, up, lamp),
         lambda: tree.total(x, up, atol=1e-3),

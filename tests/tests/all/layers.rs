@@ -50,7 +50,7 @@ const TOWERS: &[Tower] = &[
             &["forms"],
             &["gauss"],
             &["ladder"],
-            &["evaluate", "hessian"],
+            &["derivatives", "evaluate", "hessian"],
             &["batch", "closed_forms"],
             &["lib"],
         ],

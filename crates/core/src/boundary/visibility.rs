@@ -29,6 +29,7 @@ use radgrad_numbers::effort;
 use radgrad_numbers::real::{RadiusOf, Real};
 
 use crate::boundary::arc::Arc;
+use crate::boundary::origin::Origin;
 use crate::boundary::plan::{Plan, Side, least_sure_height, side_of, sure_side};
 use crate::boundary::visibility::not_flat::is_seen_convex;
 use crate::boundary::visibility::part::{Sides, VisiblePart};
@@ -45,6 +46,9 @@ use crate::problem::triangulate::{Few, convex_parts};
 /// they do at a vertex of the input.
 pub(crate) type Outline<T> = Vec<(Arc<T>, bool)>;
 
+/// An arc, with the line of the input that it is on.
+type Traced<T> = (Arc<T>, Origin);
+
 /// A result, with the uncertainty that the decisions left.
 type WithUncertainty<T, R> = (R, Uncertainty<RadiusOf<T>>);
 
@@ -57,6 +61,17 @@ pub(crate) fn arcs<T: Real>(
 ) -> Option<WithUncertainty<T, Vec<Arc<T>>>> {
     let Visible { parts, sides, uncertainty } = visible(receiver, emitter, occluders, plan)?;
     Some((boundary::arcs(&parts, &sides), uncertainty))
+}
+
+/// The same, each arc with the line of the input that it is on.
+pub(crate) fn arcs_with_origins<T: Real>(
+    receiver: &Receiver,
+    emitter: &Emitter,
+    occluders: &[&Polygon],
+    plan: &Plan,
+) -> Option<WithUncertainty<T, Vec<Traced<T>>>> {
+    let Visible { parts, sides, uncertainty } = visible(receiver, emitter, occluders, plan)?;
+    Some((boundary::arcs_with_origins(&parts, &sides), uncertainty))
 }
 
 /// The occluders that may hide some of the emitter, by circular cones: double precision is sure of the others that they are wholly
@@ -175,8 +190,8 @@ fn in_the_way<'a, T>(
     whole: &[VisiblePart<T>],
 ) -> Vec<Screen<'a>> {
     let mut screens = Vec::with_capacity(occluders.len());
-    for &occluder in occluders {
-        let screen = |indices: Few<usize>| Screen::new(receiver, emitter, occluder, &indices, plan);
+    for (index, &occluder) in occluders.iter().enumerate() {
+        let screen = |indices: Few<usize>| Screen::new(receiver, emitter, (index, occluder), &indices, plan);
         let may_hide = |screen: &Screen<'_>| !whole.iter().all(|part| screen.misses(&part.cone));
         let screens_between = convex_parts(occluder).into_iter().filter_map(screen).filter(may_hide);
         screens.extend(screens_between);

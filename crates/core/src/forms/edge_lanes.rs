@@ -11,6 +11,7 @@ pub(crate) mod linear;
 pub(crate) mod precise;
 #[cfg(test)]
 pub(crate) mod random;
+pub(crate) mod shares;
 
 use std::ops::Range;
 use std::sync::LazyLock;

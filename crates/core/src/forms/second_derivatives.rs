@@ -71,7 +71,7 @@ impl<T: Real> SecondDerivatives<T> {
     pub(crate) fn new(seen: SeenPolynomial<T>) -> Self {
         let emission = &seen.emission;
         let within = (emission.degree() > 1).then(|| PolynomialSum::new(seen.clone()));
-        let (slopes, radial) = (emission.gradient(), radial(emission));
+        let (slopes, radial) = (emission.gradient(), emission.radial());
         Self { seen, within, slopes, radial, edges: [Vec3::zero(); 2] }
     }
 
@@ -160,21 +160,13 @@ impl<T: Real> SecondDerivatives<T> {
     /// The matrix, without the factor rho/pi.
     pub(crate) fn total(&self) -> Symmetric<T> {
         let Some(within) = &self.within else { return self.edges };
-        let SeenPolynomial { n1, n2, axes: [t_1, t_2], height, emission } = &self.seen;
-        let moments = within.moments();
-        let (m, facing) = (self.seen.in_plane(*n1), n1.dot(*n2));
-        let in_plane = |f: &Bivariate<T>| {
-            let [along_u, along_v] = moments.in_plane(f);
-            m[0] * along_u + m[1] * along_v
-        };
+        let SeenPolynomial { n2, axes: [t_1, t_2], height, emission, .. } = &self.seen;
+        let within = within.within();
         let [[uu, uv], [_, vv]] = [&self.slopes[0], &self.slopes[1]].map(Bivariate::gradient);
-        let [uu, uv, vv] = [uu, uv, vv].map(|f| *height * in_plane(&f) - facing * moments.facing(&f));
-        let [of_u, of_v] = [&self.slopes[0], &self.slopes[1]].map(|f| {
-            let f = radial(f);
-            in_plane(&f) - facing * *height * moments.without_constant(&f)
-        });
+        let [uu, uv, vv] = [uu, uv, vv].map(|f| within.irradiance(&f));
+        let [of_u, of_v] = [&self.slopes[0], &self.slopes[1]].map(|f| within.radial(&f.radial()));
         let twice = emission.map(|i, j, b| if i + j > 1 { b * whole((i + j) * (i + j - 1)) } else { T::exact(0.0) });
-        let across = in_plane(&twice) / *height - facing * moments.without_constant(&twice);
+        let across = within.radial(&twice) / *height;
         let half = T::exact(0.5);
         let columns = [
             symmetric_product(*t_1, *t_1 * (uu * half) + *t_2 * uv + *n2 * of_u),
@@ -206,11 +198,6 @@ impl<T: Real> OnArc<T> {
         }
         sum
     }
-}
-
-/// `p . grad f`.
-fn radial<T: Real>(f: &Bivariate<T>) -> Bivariate<T> {
-    f.map(|i, j, b| if i + j > 0 { b * whole(i + j) } else { T::exact(0.0) })
 }
 
 /// A polynomial times `constant + t slope`.

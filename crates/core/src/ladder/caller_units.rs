@@ -36,6 +36,11 @@ impl CallerUnits {
         Self { exponent: order * exponent(plan.power) - exponent(emitter.power()), quantity }
     }
 
+    /// The unit of a derivative by the emission, that of length to the power `order`.
+    pub(crate) fn of_length(order: i32, quantity: &'static str, plan: &Plan) -> Self {
+        Self { exponent: -order * exponent(plan.power), quantity }
+    }
+
     /// The components of a number, vector or matrix, at most nine, that is off by at most `error`, and a bound on the error they
     /// have in this unit.
     #[inline]

@@ -1,6 +1,7 @@
 //! One program for all tests of the public interface, so that it is compiled and linked once.
 
 mod batch;
+mod derivatives;
 mod digits;
 mod emitter_tree;
 mod evaluate;

@@ -1,6 +1,7 @@
 """Radiosity and its gradient from polygonal emitters, in closed form, with a proven bound on every number.
 
-- `evaluate`: what points get from emitters, with gradients and bounds; `digits`, `hessian`, `irradiance_vector`, `each`, `EmitterTree`.
+- `evaluate`: what points get from emitters, with gradients and bounds; `digits`, `hessian`, `irradiance_vector`, `each`, `EmitterTree`;
+  `derivatives` by vertices, occluders, emission, normal and reflectance.
 - `Scene`: surfaces with materials, from files or arrays; its form factors (`Scene.factors`) and its radiosity (`Scene.solve`).
 - `heat`: temperatures of grey bodies that exchange heat by radiation.
 - `audit`: someone else's code held to truth; `verify`: ours.
@@ -18,6 +19,7 @@ the unit of length. An emitter emits to the side from which its vertices are cou
 """
 
 from ._audit import AuditReport, Case, audit, audit_families, cases, verify
+from ._derivatives import Derivatives, derivatives
 from ._evaluate import (
     METHODS,
     Affine,
@@ -47,6 +49,7 @@ __all__ = [
     "AuditReport",
     "Case",
     "Certificate",
+    "Derivatives",
     "Digits",
     "Emitter",
     "EmitterTree",
@@ -69,6 +72,7 @@ __all__ = [
     "audit",
     "audit_families",
     "cases",
+    "derivatives",
     "digits",
     "distributed",
     "each",

@@ -27,6 +27,7 @@ __all__ = [
     "audit_case",
     "audit_families",
     "audit_shard",
+    "derivatives",
     "digits",
     "each",
     "evaluate",
@@ -241,6 +242,24 @@ def hessian(
     tolerance: float,
     shape: Sequence[int],
 ) -> Tuple[_Doubles, _Doubles, NDArray[np.uint8]]: ...
+def derivatives(
+    positions: _Doubles,
+    normals: _Doubles,
+    reflectances: _Doubles,
+    emitter: Emitter,
+    occluders: Sequence[Tuple[_Doubles, float]],
+    tolerance: float,
+    shape: Sequence[int],
+) -> Tuple[
+    Tuple[_Doubles, _Doubles],
+    Tuple[_Doubles, _Doubles],
+    Tuple[_Doubles, _Doubles],
+    list[Tuple[_Doubles, _Doubles]],
+    Tuple[_Doubles, _Doubles],
+    Tuple[_Doubles, _Doubles],
+    Tuple[_Doubles, _Doubles],
+    NDArray[np.uint8],
+]: ...
 def irradiance_vector(
     positions: _Doubles, normals: _Doubles, emitters: Sequence[Emitter], shape: Sequence[int]
 ) -> _Doubles: ...

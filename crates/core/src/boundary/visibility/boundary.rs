@@ -11,6 +11,7 @@ use smallvec::SmallVec;
 
 use crate::boundary::arc::Arc;
 use crate::boundary::line::Sighted;
+use crate::boundary::origin::Origin;
 use crate::boundary::visibility::part::{Facing, PartCorner, Sides, VisiblePart, pairs};
 
 /// As many corners as a triangle with one shadow in it leaves need no memory of their own.
@@ -41,16 +42,30 @@ pub(super) fn arcs<T: Real>(parts: &[VisiblePart<T>], sides: &Sides<T>) -> Vec<A
     if let [part] = parts {
         return part.arcs(sides).collect();
     }
+    let mut arcs = Vec::new();
+    visit_several(parts, sides, |arc, _| arcs.push(arc));
+    arcs
+}
+
+/// The arcs of the boundary, each with the line of the input that it is on.
+pub(super) fn arcs_with_origins<T: Real>(parts: &[VisiblePart<T>], sides: &Sides<T>) -> Vec<(Arc<T>, Origin)> {
+    if let [part] = parts {
+        return part.arcs(sides).zip(part.corners.iter().map(|corner| sides.origin(corner.side))).collect();
+    }
+    let mut arcs = Vec::new();
+    visit_several(parts, sides, |arc, facing| arcs.push((arc, sides.origin(facing))));
+    arcs
+}
+
+fn visit_several<T: Real>(parts: &[VisiblePart<T>], sides: &Sides<T>, mut visit: impl FnMut(Arc<T>, Facing)) {
     let outlines: Vec<_> = parts.iter().map(|part| &*part.corners).collect();
     let normal = |side: usize| sides.normal(Facing::forward(side)).map(T::value);
-    let mut arcs = Vec::new();
     visit_joined(
         &outlines,
         normal,
         |point| point.map(T::value),
-        |from, to, facing| arcs.push(Arc::between(Sighted::new(*from), Sighted::new(*to), sides.generator(facing))),
+        |from, to, facing| visit(Arc::between(Sighted::new(*from), Sighted::new(*to), sides.generator(facing)), facing),
     );
-    arcs
 }
 
 /// Calls `visit` with the ends and the side of each arc, given the normals of the sides and the points in doubles.

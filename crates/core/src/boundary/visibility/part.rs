@@ -8,6 +8,7 @@ use radgrad_numbers::vec3::Vec3;
 use crate::boundary::arc::{Arc, Generator};
 use crate::boundary::edge_name::EdgeName;
 use crate::boundary::line::Sighted;
+use crate::boundary::origin::Origin;
 use crate::boundary::visibility::separation::{BoundingCone, UncertainVector};
 
 /// A plane through the receiver: its generator, and its edge where it is one of the input.
@@ -15,6 +16,8 @@ use crate::boundary::visibility::separation::{BoundingCone, UncertainVector};
 struct ConeSide<T> {
     generator: Generator<T>,
     name: Option<EdgeName>,
+    /// The number of the occluder that casts it, where it is the side of a shadow.
+    occluder: Option<usize>,
     /// Its normal in doubles, with a bound on the error.
     normal: UncertainVector,
 }
@@ -46,8 +49,26 @@ impl<T: Real> Sides<T> {
     }
 
     pub(super) fn add(&mut self, generator: Generator<T>, name: Option<EdgeName>) -> Facing {
-        self.0.push(ConeSide { generator, name, normal: UncertainVector::from_direction(generator.normal()) });
+        self.add_side(generator, name, None)
+    }
+
+    /// The side of a shadow of the occluder with that number.
+    pub(super) fn add_shadow(&mut self, generator: Generator<T>, name: Option<EdgeName>, occluder: usize) -> Facing {
+        self.add_side(generator, name, Some(occluder))
+    }
+
+    fn add_side(&mut self, generator: Generator<T>, name: Option<EdgeName>, occluder: Option<usize>) -> Facing {
+        self.0.push(ConeSide { generator, name, occluder, normal: UncertainVector::from_direction(generator.normal()) });
         Facing::forward(self.0.len() - 1)
+    }
+
+    pub(super) fn origin(&self, facing: Facing) -> Origin {
+        let side = &self.0[facing.side];
+        match (side.name, side.occluder) {
+            (Some(edge), occluder) => Origin::Edge { occluder, edge },
+            (None, Some(occluder)) => Origin::Waterline(occluder),
+            (None, None) => Origin::Horizon,
+        }
     }
 
     /// The side of an edge of the emitter: of a diagonal, that of the neighbour who has it already.

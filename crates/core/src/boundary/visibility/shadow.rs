@@ -18,6 +18,8 @@ use crate::problem::receiver::Receiver;
 /// open.
 pub(super) struct Screen<'a> {
     occluder: &'a Polygon,
+    /// Its number.
+    index: usize,
     /// Counter-clockwise as the receiver sees them.
     vertices: Vec<DVec3>,
     /// Where each is relative to the emitter's plane.
@@ -41,7 +43,7 @@ impl<'a> Screen<'a> {
     pub(super) fn new(
         receiver: &Receiver,
         emitter: &Polygon,
-        occluder: &'a Polygon,
+        (index, occluder): (usize, &'a Polygon),
         indices: &[usize],
         plan: &Plan,
     ) -> Option<Self> {
@@ -56,7 +58,8 @@ impl<'a> Screen<'a> {
         let is_on_it = |v: DVec3| emitter.half_slab() > 0.0 && is_on_outline(v, emitter);
         let side = |&v: &DVec3| if is_on_it(v) { Side::InPlane } else { side_of(v, emitter, plan.power) };
         let sides: Vec<Side> = if receiver_side == Side::InPlane { Vec::new() } else { vertices.iter().map(side).collect() };
-        let screen = Self { occluder, cone: BoundingCone::of_polygon(x, &vertices), vertices, sides, receiver_side, doubt };
+        let screen =
+            Self { occluder, index, cone: BoundingCone::of_polygon(x, &vertices), vertices, sides, receiver_side, doubt };
         (screen.casts_shadow() || screen.doubt.is_some()).then_some(screen)
     }
 
@@ -75,7 +78,7 @@ impl<T: Real> Shadow<T> {
     /// The shadow of a screen.
     pub(super) fn new(receiver: &Receiver, emitter: &Polygon, screen: &Screen<'_>, plan: &Plan, sides: &mut Sides<T>) -> Self {
         let (x, power) = (receiver.position(), plan.power);
-        let Screen { occluder, vertices, sides: places, receiver_side: from, .. } = screen;
+        let Screen { occluder, index, vertices, sides: places, receiver_side: from, .. } = screen;
         let heights: Vec<T> = vertices.iter().map(|&v| height_over_plane(v, emitter, power)).collect();
         let sighted: Vec<Sighted<T>> = vertices.iter().map(|&v| Sighted::from(v, x, power)).collect();
         let mut shadow = Self { lines: Vec::new(), corners: Vec::new() };
@@ -107,10 +110,11 @@ impl<T: Real> Shadow<T> {
                 }
                 (Side::Front | Side::InPlane, Side::Front | Side::InPlane) => shadow.corners.push(start),
             }
-            shadow.lines.push(sides.add(Generator::Occluder(line), Some(EdgeName::new(ends[0], ends[1]))));
+            shadow.lines.push(sides.add_shadow(Generator::Occluder(line), Some(EdgeName::new(ends[0], ends[1])), *index));
         }
         if let (Some(sink), Some(rise)) = (sinks, rises) {
-            shadow.lines.push(sides.add(Generator::Occluder(waterline([sink, rise], *from, emitter, occluder)), None));
+            let line = waterline([sink, rise], *from, emitter, occluder);
+            shadow.lines.push(sides.add_shadow(Generator::Occluder(line), None, *index));
         }
         shadow
     }

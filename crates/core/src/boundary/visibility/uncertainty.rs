@@ -14,11 +14,17 @@ use crate::boundary::visibility::subtract::Subtraction;
 pub(crate) struct Uncertainty<R> {
     pub(crate) irradiance: R,
     pub(crate) gradient: R,
+    /// Of the irradiance of a unit emission.
+    pub(crate) solid_angle: R,
+    /// Of the sum over the arcs of one polygon, weighed as in the gradient, for a unit emission: what two lines weigh that are seen
+    /// in one place does not cancel, as it may in the gradient.
+    pub(crate) edges: R,
 }
 
 impl<R: Radius> Uncertainty<R> {
     pub(crate) fn none() -> Self {
-        Self { irradiance: 0.0.into(), gradient: 0.0.into() }
+        let zero: R = 0.0.into();
+        Self { irradiance: zero, gradient: zero, solid_angle: zero, edges: zero }
     }
 
     /// Whether every decision was certain.
@@ -46,21 +52,24 @@ impl<T: Real> Subtraction<'_, T> {
             let start = part.corners[i].point;
             let end = part.corners[j].point;
             let length = || (end - start).norm_squared().size().sqrt() * 1.01 / self.height;
-            let (depth, weight) = match is_open {
+            let both = || nearness(own) + nearness(cut);
+            let (depth, weight, edges) = match is_open {
                 [true, true] => {
-                    let depth = larger(possible(i), possible(j));
-                    (depth, length().min(half_turn) * exchange(own, cut, depth / self.height))
+                    let (depth, length) = (larger(possible(i), possible(j)), length().min(half_turn));
+                    (depth, length * exchange(own, cut, depth / self.height), length * both())
                 }
                 [first, _] => {
                     let (doubtful, other) = if first { (i, j) } else { (j, i) };
                     let depth = possible(doubtful);
                     let clear = depths[other].size() - depths[other].error() - depth;
                     let fraction = if clear > depth { depth / clear } else { 1.0.into() };
-                    let length = (length() * fraction).min(half_turn);
-                    (depth, length * (nearness(own) + nearness(cut)))
+                    let weight = (length() * fraction).min(half_turn) * both();
+                    (depth, weight, weight)
                 }
             };
             let area = (depth / self.height).min(1.0.into()) * std::f64::consts::TAU;
+            self.uncertainty.solid_angle = self.uncertainty.solid_angle + area;
+            self.uncertainty.edges = self.uncertainty.edges + edges;
             self.uncertainty.irradiance = self.uncertainty.irradiance + area * self.emission;
             self.uncertainty.gradient = self.uncertainty.gradient + (self.steepness * area + weight * self.emission);
         }
@@ -74,6 +83,9 @@ impl<T: Real> Subtraction<'_, T> {
         let height = self.height.to_double() * (1.0 - 8.0 * f64::EPSILON);
         for bounds in parts.filter_map(|part| doubt.bounds(part, &self.sides, height)) {
             let [irradiance, moving] = bounds.map(RadiusOf::<T>::from);
+            self.uncertainty.solid_angle = self.uncertainty.solid_angle + irradiance;
+            // Where an occluder meets the emitter's plane is not known.
+            self.uncertainty.edges = f64::INFINITY.into();
             self.uncertainty.irradiance = self.uncertainty.irradiance + irradiance * self.emission;
             self.uncertainty.gradient = self.uncertainty.gradient + self.steepness * irradiance + moving * self.emission;
         }

@@ -19,13 +19,15 @@ use radgrad_numbers::vec3::Vec3;
 
 use crate::boundary::arc::{Arc, Generator};
 use crate::boundary::plan::height_over_plane;
+use crate::forms::hats::Weighed;
 use crate::forms::linear::SeenLinear;
-use crate::forms::polynomial::moments::{Contour, Moments};
+use crate::forms::polynomial::moments::Contour;
 use crate::forms::polynomial::segment::{Segment, on_line};
+use crate::forms::polynomial::within::Within;
 use crate::forms::segment::{logarithms, segment_frame, x1_term};
 use crate::problem::emission::Emitter;
 use crate::problem::polygon::Polygon;
-use crate::problem::polynomial::bivariate::{Bivariate, whole};
+use crate::problem::polynomial::bivariate::Bivariate;
 use crate::problem::polynomial::plane::{self, InPlane};
 use crate::problem::receiver::{Receiver, unit_normal};
 
@@ -68,6 +70,12 @@ impl<T: Real> SeenPolynomial<T> {
         Self { n1, n2, axes, height, emission }
     }
 
+    /// The same with room for moments of one degree more.
+    pub(crate) fn raised(self) -> Self {
+        let degree = self.emission.degree() + 1;
+        Self { emission: self.emission.raised(degree), ..self }
+    }
+
     pub(in crate::forms) fn in_plane(&self, v: Vec3<T>) -> [T; 2] {
         self.axes.map(|axis| axis.dot(v))
     }
@@ -90,6 +98,15 @@ impl<T: Real> PolynomialSum<T> {
 
     /// Adds the arc's terms of the value, and those of the gradient where it is wanted.
     pub(crate) fn add<const GRADIENT: bool>(&mut self, arc: &Arc<T>) {
+        let (segment, foot, along) = self.add_value(arc);
+        if GRADIENT {
+            self.add_edge(arc, &segment, foot, along);
+        }
+    }
+
+    /// Adds those of the value; returns the segment of the plane, and where and along what it lies.
+    #[inline]
+    fn add_value(&mut self, arc: &Arc<T>) -> (Segment<T>, [T; 2], [T; 2]) {
         let SeenPolynomial { n2, height, .. } = self.seen;
         let frame = segment_frame(arc, n2, height);
         let kappa = n2.dot(frame.normal);
@@ -104,9 +121,7 @@ impl<T: Real> PolynomialSum<T> {
         }
         self.contour.x1 = self.contour.x1 + x1_term(arc, &frame, kappa, height, logarithms(arc, height));
         self.contour.facing = self.contour.facing + arc.angle * kappa * T::exact(0.5);
-        if GRADIENT {
-            self.add_edge(arc, &segment, foot, along);
-        }
+        (segment, foot, along)
     }
 
     fn add_edge(&mut self, arc: &Arc<T>, segment: &Segment<T>, foot: [T; 2], along: [T; 2]) {
@@ -116,31 +131,53 @@ impl<T: Real> PolynomialSum<T> {
             Generator::Occluder(line) => Some(line.frame()),
         };
         let frame = segment.frame();
-        let (p1, p2) = (self.seen.n1.dot(frame.toward), self.seen.n1.dot(frame.along));
-        let fourth = segment.over_fourth(&arc.moments(frame));
-        // V.toward/S and V.along/S: B times cos^2, cos sin, sin^2.
-        let weighted = |first: usize| {
-            let powers = fourth.iter().map(|p| p[first] * p1 + p[first + 1] * p2).collect();
-            self.seen.emission.contract(&on_line(powers, foot, along), (0, 0), 0)
-        };
-        let weight = match generating {
-            None => weighted(0),
-            Some(line) => {
-                let (toward, along) = (line.toward.dot(frame.toward), line.toward.dot(frame.along));
-                (toward * weighted(0) + along * weighted(1)) * frame.distance / line.distance
+        let weight = {
+            let weighted = self.weighted(arc, segment, foot, along);
+            match generating {
+                None => weighted(0),
+                Some(line) => {
+                    let (toward, along) = (line.toward.dot(frame.toward), line.toward.dot(frame.along));
+                    (toward * weighted(0) + along * weighted(1)) * frame.distance / line.distance
+                }
             }
         };
         self.edges = self.edges - frame.normal * weight;
     }
 
-    /// The moments of the visible region.
-    pub(in crate::forms) fn moments(&self) -> Moments<T> {
-        self.contour.moments(self.seen.height)
+    /// `V.toward/S` and `V.along/S`: B times `cos^2`, `cos sin`, `sin^2`.
+    fn weighted(&self, arc: &Arc<T>, segment: &Segment<T>, foot: [T; 2], along: [T; 2]) -> impl Fn(usize) -> T {
+        let frame = segment.frame();
+        let (p1, p2) = (self.seen.n1.dot(frame.toward), self.seen.n1.dot(frame.along));
+        let fourth = segment.over_fourth(&arc.moments(frame));
+        move |first: usize| {
+            let powers = fourth.iter().map(|p| p[first] * p1 + p[first + 1] * p2).collect();
+            self.seen.emission.contract(&on_line(powers, foot, along), (0, 0), 0)
+        }
+    }
+
+    /// Adds the arc's terms of value and gradient; returns V, of which those of the gradient are made.
+    pub(crate) fn add_weighed(&mut self, arc: &Arc<T>) -> Option<Weighed<T>> {
+        let (segment, foot, along) = self.add_value(arc);
+        let line = arc.line()?;
+        let frame = segment.frame();
+        let vector = {
+            let weighted = self.weighted(arc, &segment, foot, along);
+            (frame.toward * weighted(0) + frame.along * weighted(1)) * frame.distance
+        };
+        let near = line.frame().toward.dot(vector) * line.nearness();
+        self.edges = self.edges - line.normal * near;
+        Some(Weighed { vector, near })
+    }
+
+    /// Integrals over the visible region.
+    pub(crate) fn within(&self) -> Within<T> {
+        let SeenPolynomial { n1, n2, height, .. } = self.seen;
+        Within::new(self.contour.moments(height), self.seen.in_plane(n1), n1.dot(n2), height)
     }
 
     /// Irradiance vector, without the factor rho/pi.
     pub(crate) fn irradiance(&self) -> Vec3<T> {
-        let moments = self.moments();
+        let moments = self.contour.moments(self.seen.height);
         let [along_u, along_v] = moments.in_plane(&self.seen.emission);
         let [t_1, t_2] = self.seen.axes;
         (t_1 * along_u + t_2 * along_v) * self.seen.height - self.seen.n2 * moments.facing(&self.seen.emission)
@@ -148,18 +185,9 @@ impl<T: Real> PolynomialSum<T> {
 
     /// Gradient, without the factor rho/pi.
     pub(crate) fn gradient(&self) -> Vec3<T> {
-        let SeenPolynomial { n1, n2, axes, height, emission } = &self.seen;
-        let moments = self.moments();
-        let (m, facing) = (self.seen.in_plane(*n1), n1.dot(*n2));
-        let in_plane = |f: &Bivariate<T>| {
-            let [along_u, along_v] = moments.in_plane(f);
-            m[0] * along_u + m[1] * along_v
-        };
-        let slopes = emission.gradient();
-        let [slope_1, slope_2] = slopes.map(|g| *height * in_plane(&g) - facing * moments.facing(&g));
-        // g.p = sum (i + j) b_ij u^i v^j.
-        let radial = emission.map(|i, j, b| b * whole(i + j));
-        let across = in_plane(&radial) - facing * *height * moments.without_constant(&radial);
-        axes[0] * slope_1 + axes[1] * slope_2 + *n2 * across + self.edges
+        let SeenPolynomial { n2, axes, emission, .. } = &self.seen;
+        let within = self.within();
+        let [slope_1, slope_2] = emission.gradient().map(|g| within.irradiance(&g));
+        axes[0] * slope_1 + axes[1] * slope_2 + *n2 * within.radial(&emission.radial()) + self.edges
     }
 }

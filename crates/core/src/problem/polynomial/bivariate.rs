@@ -113,6 +113,16 @@ impl<T: Real> Bivariate<T> {
         }
     }
 
+    /// `u df/du + v df/dv = sum (i + j) b_ij u^i v^j`.
+    pub(crate) fn radial(&self) -> Self {
+        self.map(|i, j, b| if i + j > 0 { b * whole(i + j) } else { T::exact(0.0) })
+    }
+
+    /// The same polynomial as one of a higher degree.
+    pub(crate) fn raised(self, degree: usize) -> Self {
+        Self::zero(degree).plus(&self)
+    }
+
     /// Partial derivatives; those of a constant are the zero polynomial of degree 0.
     pub(crate) fn gradient(&self) -> [Self; 2] {
         let mut slopes = [Self::zero(self.degree.saturating_sub(1)), Self::zero(self.degree.saturating_sub(1))];

@@ -139,6 +139,25 @@ impl InPlane {
         (coordinates, self.coefficients.map(|_, _, c| rounded(c)))
     }
 
+    /// The slope along n2 over the plane, in the unit of the caller, to the digits of the scalar.
+    pub(crate) fn slope_across<T: Real>(&self, polygon: &Polygon, coordinates: &Coordinates<T>) -> Bivariate<T> {
+        let Vec3 { x, y, z } = polygon.unit_normal::<T>();
+        let mut sum = Bivariate::zero(self.degree());
+        for (axis, component) in [x, y, z].into_iter().enumerate() {
+            sum.add_scaled(&restricted(&derivative(&self.polynomial, axis), coordinates), component);
+        }
+        sum
+    }
+
+    /// Each term with a coefficient of 1, to the digits of the scalar.
+    pub(crate) fn monomials<T: Real>(&self, coordinates: &Coordinates<T>) -> impl Iterator<Item = Bivariate<T>> {
+        let origin = self.polynomial.origin;
+        self.polynomial.terms.iter().map(move |term| {
+            let terms = vec![Monomial { coefficient: 1.0, ..*term }];
+            restricted(&Polynomial { origin, terms }, coordinates)
+        })
+    }
+
     /// Bound on `|B|` over the polygon, in the unit of the caller.
     pub(crate) const fn largest(&self) -> f64 {
         self.largest
@@ -162,6 +181,18 @@ impl InPlane {
         let slope = axes[0] * along_u + axes[1] * along_v;
         Affine::new(self.coefficients.value(first).value(), slope.map(|c| c.scaled(*power)))
     }
+}
+
+/// The derivative along an axis. A coefficient times an exponent may have more digits than a double: it is a sum of powers of two
+/// times the coefficient.
+fn derivative(polynomial: &Polynomial, axis: usize) -> Polynomial {
+    let lowered = polynomial.terms.iter().flat_map(|term| {
+        let (power, mut powers) = (term.powers[axis], term.powers);
+        powers[axis] = power.saturating_sub(1);
+        let bits = (0..u8::BITS).map(move |bit| power & (1 << bit)).filter(|bit| *bit > 0);
+        bits.map(move |bit| Monomial { coefficient: term.coefficient * f64::from(bit), powers })
+    });
+    Polynomial { origin: polynomial.origin, terms: lowered.collect() }
 }
 
 /// The polynomial with each coordinate replaced by its affine function of u and v.
@@ -248,6 +279,25 @@ mod tests {
             assert!(polynomial.value_at(y).abs() <= plane.largest);
             let in_plane = polynomial.gradient_at(y).reject_from_normalized(polygon.normal());
             assert!(in_plane.length() <= plane.steepest());
+        }
+    }
+
+    #[test]
+    fn the_slope_across_the_plane_and_the_single_terms_are_those_of_the_polynomial() {
+        let triangle = [[0.3, -0.2, 1.1], [1.4, 0.1, 1.6], [0.2, 0.9, 0.7]].map(DVec3::from);
+        let polygon = Polygon::new(triangle.to_vec()).unwrap();
+        let terms = [(1.0, [0, 0, 0]), (0.7, [1, 0, 3]), (-2.0, [0, 7, 1]), (0.3, [2, 2, 1])];
+        let polynomial = Polynomial::new(DVec3::new(0.5, 0.5, 1.0), terms).unwrap();
+        let plane = InPlane::new(&polygon, &polynomial).unwrap();
+        let (coordinates, _) = plane.precise::<f64>(&polygon);
+        let (across, monomials) = (plane.slope_across(&polygon, &coordinates), plane.monomials(&coordinates));
+        let monomials: Vec<Bivariate<f64>> = monomials.collect();
+        for (a, b) in [(0.0, 0.0), (0.5, 0.25), (0.1, 0.8)] {
+            let y = triangle[0] + (triangle[1] - triangle[0]) * a + (triangle[2] - triangle[0]) * b;
+            let here = plane.coordinates(y);
+            assert!((across.value(here) - polynomial.gradient_at(y).dot(polygon.normal())).abs() < 1e-14);
+            let sum: f64 = monomials.iter().zip(terms).map(|(monomial, (c, _))| monomial.value(here) * c).sum();
+            assert!((sum - polynomial.value_at(y)).abs() < 1e-14);
         }
     }
 

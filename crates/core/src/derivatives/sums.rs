@@ -1,0 +1,227 @@
+//! The derivatives of a case as sums over its visible boundary, for whatever emission and scalar.
+//!
+//! An edge of the emitter or of an occluder moves with its two ends ([`crate::forms::hats`]), a plane of an emission that varies
+//! with all vertices of the emitter ([`crate::forms::polynomial::parameters`]). Where an occluder meets the emitter's plane, the line
+//! in which it does moves with both: with n, n' the unit normals of occluder and emitter, the normal of the plane through x and that
+//! line is `N = alpha n + beta n'`, and a motion v of its points, which is across the line, has `n.v` from the occluder's vertices and
+//! `n'.v` from the emitter's, `N.v = alpha n.v + beta n'.v`. Each is an affine function on the line, shared between two of its points.
+
+use radgrad_numbers::offset::offset;
+use radgrad_numbers::real::{RadiusOf, Real};
+use radgrad_numbers::vec3::Vec3;
+
+use crate::boundary::arc::Arc;
+use crate::boundary::case::Case;
+use crate::boundary::edge_name::EdgeName;
+use crate::boundary::line::Line;
+use crate::boundary::origin::Origin;
+use crate::boundary::traced::visit_with_origins;
+use crate::boundary::visibility::uncertainty::Uncertainty;
+use crate::forms::affine_weights::{AffineWeight, affine_weights, largest_weight};
+use crate::forms::constant::{EdgeSum, SolidAngleVector};
+use crate::forms::hats::Ends;
+use crate::forms::linear::SeenLinear;
+use crate::forms::polynomial::parameters::{ByParameters, Parameter, Parameters};
+use crate::forms::polynomial::sum::{PolynomialSum, SeenPolynomial};
+use crate::problem::emission::{Emission, Emitter, Linear};
+use crate::problem::polygon::Polygon;
+use crate::problem::receiver::unit_normal;
+
+/// Derivatives without the factor rho/pi, in normalised lengths and emission.
+pub(super) struct Sums<T> {
+    pub(super) irradiance: Vec3<T>,
+    pub(super) gradient: Vec3<T>,
+    /// By the vertices of the emitter, then by those of each occluder.
+    pub(super) vertices: Vec<Vec<Vec3<T>>>,
+    pub(super) emission: Vec<Parameter<T>>,
+}
+
+/// The derivatives by vertices that move lines, for the visible boundary so far.
+struct Moved<'a, T> {
+    case: Case<'a>,
+    vertices: Vec<Vec<Vec3<T>>>,
+    /// Whether an occluder is seen to meet the emitter's plane.
+    has_waterline: bool,
+}
+
+impl<T: Real> Sums<T> {
+    /// The sums; `None` where nothing is visible.
+    pub(super) fn new(case: &Case<'_>) -> Option<Self> {
+        if let Emission::Constant(_) = case.emitter.emission() { Self::of_constant(case) } else { Self::of_varying(case) }
+    }
+
+    fn of_constant(case: &Case<'_>) -> Option<Self> {
+        let n1 = unit_normal(case.receiver);
+        let (mut angles, mut edges, mut moved) = (SolidAngleVector::zero(), EdgeSum::new(n1), Moved::new(case));
+        let uncertainty = visit_with_origins(case, |arc: &Arc<T>, origin| {
+            angles.add(arc);
+            edges.add(arc);
+            moved.add(arc, origin, |ends, line| ends.shares_of_constant(arc, line, n1));
+        })?;
+        let emission = T::exact(case.emitter.affine().value);
+        for vertex in moved.vertices.iter_mut().flatten() {
+            *vertex = *vertex * emission;
+        }
+        let by_value = Parameter::value(n1.dot(angles.phi()).widened(uncertainty.solid_angle));
+        let sums = Self {
+            irradiance: angles.phi() * emission,
+            gradient: edges.sum() * emission,
+            vertices: Vec::new(),
+            emission: vec![by_value],
+        };
+        Some(sums.with(moved, &uncertainty, 0.0.into()))
+    }
+
+    fn of_varying(case: &Case<'_>) -> Option<Self> {
+        let Case { receiver, emitter, plan, .. } = *case;
+        let (x, polygon) = (receiver.position(), emitter.polygon());
+        let seen = seen(case);
+        let weights = affine_weights(polygon, x, plan.power);
+        let parameters = Parameters::new(receiver, emitter, plan.power, &seen, &weights);
+        let mut sum = PolynomialSum::new(seen.raised());
+        let mut moved = Moved::new(case);
+        let uncertainty = visit_with_origins(case, |arc: &Arc<T>, origin| {
+            let weighed = sum.add_weighed(arc);
+            if let Some(weighed) = weighed {
+                moved.add(arc, origin, |ends, _| ends.shares(weighed));
+            }
+        })?;
+        let ByParameters { vertices, mut emission } = parameters.derivatives(&sum.within());
+        for (sum, vertex) in moved.vertices[0].iter_mut().zip(vertices) {
+            *sum = *sum + vertex;
+        }
+        let [by_vertices, by_emission] = [Change::of_vertices(emitter), Change::of_parameters(emitter)]
+            .map(|change| change.bound::<T>(&uncertainty, || largest_weight(&weights, polygon, x, plan.power)));
+        for parameter in &mut emission {
+            parameter.derivative = parameter.derivative.widened(by_emission);
+        }
+        let sums = Self { irradiance: sum.irradiance(), gradient: sum.gradient(), vertices: Vec::new(), emission };
+        Some(sums.with(moved, &uncertainty, by_vertices))
+    }
+
+    /// With the derivatives by the vertices, and the bounds on what undecided visibility changes; within the outline that is `within`.
+    fn with(self, moved: Moved<'_, T>, uncertainty: &Uncertainty<RadiusOf<T>>, within: RadiusOf<T>) -> Self {
+        let Case { emitter, .. } = moved.case;
+        let zero = 0.0.into();
+        let edges = if uncertainty.edges == zero {
+            zero
+        } else if moved.has_waterline {
+            f64::INFINITY.into()
+        } else {
+            uncertainty.edges * (emitter.largest_emission() * emitter.power() * 1.01)
+        };
+        let widened = |v: Vec3<T>| v.map(|c| c.widened(edges + within));
+        Self {
+            irradiance: self.irradiance.map(|c| c.widened(uncertainty.irradiance)),
+            gradient: self.gradient.map(|c| c.widened(uncertainty.gradient)),
+            vertices: moved.vertices.into_iter().map(|polygon| polygon.into_iter().map(widened).collect()).collect(),
+            emission: self.emission,
+        }
+    }
+}
+
+fn seen<T: Real>(case: &Case<'_>) -> SeenPolynomial<T> {
+    let Case { receiver, emitter, plan, .. } = *case;
+    match emitter.polynomial() {
+        Some(plane) => SeenPolynomial::new(receiver, emitter, plane, plan.power),
+        None => SeenPolynomial::linear(SeenLinear::new(receiver, emitter, plan.power), emitter.polygon()),
+    }
+}
+
+/// What undecided visibility changes in a derivative, within the outline.
+enum Change {
+    /// A weight of a vertex times the change of the irradiance of a unit emission.
+    Irradiance,
+    /// The same times the slope of the emission, as in the gradient.
+    Gradient,
+    /// No bound is known.
+    Unbounded,
+}
+
+impl Change {
+    const fn of_vertices(emitter: &Emitter) -> Self {
+        if let Emission::Linear(Linear::AtVertices(_)) = emitter.emission() { Self::Gradient } else { Self::Unbounded }
+    }
+
+    const fn of_parameters(emitter: &Emitter) -> Self {
+        if let Emission::Linear(Linear::AtVertices(_)) = emitter.emission() { Self::Irradiance } else { Self::Unbounded }
+    }
+
+    fn bound<T: Real>(&self, uncertainty: &Uncertainty<RadiusOf<T>>, weight: impl Fn() -> RadiusOf<T>) -> RadiusOf<T> {
+        let zero = 0.0.into();
+        if uncertainty.solid_angle == zero && uncertainty.edges == zero {
+            return zero;
+        }
+        match self {
+            Self::Irradiance => uncertainty.solid_angle * weight() * 1.01,
+            Self::Gradient => uncertainty.gradient * weight() * 1.01,
+            Self::Unbounded => f64::INFINITY.into(),
+        }
+    }
+}
+
+impl<'a, T: Real> Moved<'a, T> {
+    fn new(case: &Case<'a>) -> Self {
+        let polygons = std::iter::once(case.emitter.polygon()).chain(case.occluders.iter().copied());
+        let vertices = polygons.map(|polygon| vec![Vec3::zero(); polygon.vertices().len()]).collect();
+        Self { case: *case, vertices, has_waterline: false }
+    }
+
+    fn polygon(&self, number: usize) -> &'a Polygon {
+        if number == 0 { self.case.emitter.polygon() } else { self.case.occluders[number - 1] }
+    }
+
+    /// Adds the motions of an arc's line, given how the weight of the arc is shared between two points of it.
+    fn add(&mut self, arc: &Arc<T>, origin: Origin, shares: impl Fn(&Ends<T>, &Line<T>) -> [T; 2]) {
+        let Some(line) = arc.line() else { return };
+        match origin {
+            Origin::Horizon => {}
+            Origin::Edge { occluder, edge } => {
+                let number = occluder.map_or(0, |index| index + 1);
+                self.add_edge(number, edge, line, |ends| shares(ends, line));
+            }
+            Origin::Waterline(index) => self.add_waterline(index + 1, line, |ends| shares(ends, line)),
+        }
+    }
+
+    fn add_edge(&mut self, number: usize, edge: EdgeName, line: &Line<T>, shares: impl Fn(&Ends<T>) -> [T; 2]) {
+        let (x, power, vertices) = (self.case.receiver.position(), self.case.plan.power, self.polygon(number).vertices());
+        let place = |end| vertices.iter().position(|vertex| *vertex == end);
+        let [a, b] = edge.ends();
+        let (Some(a), Some(b)) = (place(a), place(b)) else { return };
+        // Run as the arc is.
+        let e: Vec3<T> = offset(vertices[b], vertices[a], power);
+        let (places, e) = if e.dot(line.e).value() < 0.0 { ([b, a], -e) } else { ([a, b], e) };
+        let ends = Ends::new(places.map(|i| offset(vertices[i], x, power)), e);
+        let moved = &mut self.vertices[number];
+        for (place, share) in places.into_iter().zip(shares(&ends)) {
+            moved[place] = moved[place] + line.normal * share;
+        }
+    }
+
+    fn add_waterline(&mut self, number: usize, line: &Line<T>, shares: impl Fn(&Ends<T>) -> [T; 2]) {
+        self.has_waterline = true;
+        let (x, power) = (self.case.receiver.position(), self.case.plan.power);
+        let frame = line.frame();
+        // As far from each other as they are from x.
+        let [toward, along] = [frame.toward, frame.along].map(|axis| axis * frame.distance);
+        let points = [toward - along, toward + along];
+        let shares = shares(&Ends::new(points, along + along));
+        let normals = [number, 0].map(|number| self.polygon(number).unit_normal::<T>());
+        let cosine = normals[0].dot(normals[1]);
+        let sine_squared = normals[0].cross(normals[1]).norm_squared();
+        let on = normals.map(|normal| normal.dot(line.normal));
+        let parts = [(on[0] - cosine * on[1]) / sine_squared, (on[1] - cosine * on[0]) / sine_squared];
+        for ((number, normal), part) in [number, 0].into_iter().zip(normals).zip(parts) {
+            let polygon = self.polygon(number);
+            let is_flat = polygon.half_slab() == 0.0;
+            let weights: Vec<AffineWeight<T>> = affine_weights(polygon, x, power);
+            for (vertex, weight) in self.vertices[number].iter_mut().zip(weights) {
+                let share = weight.at(points[0]) * shares[0] + weight.at(points[1]) * shares[1];
+                let moved = *vertex + normal * (part * share);
+                // No plane is that of a polygon that is not flat.
+                *vertex = if is_flat { moved } else { moved.map(|c| c.widened(f64::INFINITY.into())) };
+            }
+        }
+    }
+}

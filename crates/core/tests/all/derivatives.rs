@@ -1,0 +1,242 @@
+//! Derivatives against differences of the radiosity, and against identities that must hold.
+
+use radgrad_core::{
+    DVec3, Derivative, Derivatives, Emission, Emitter, Linear, Method, Polygon, Polynomial, Receiver, derivatives, evaluate_to,
+};
+use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
+
+/// All that the radiosity at a point depends on.
+#[derive(Clone)]
+struct Problem {
+    position: DVec3,
+    normal: DVec3,
+    reflectance: f64,
+    lamp: Vec<DVec3>,
+    emission: Emission,
+    screens: Vec<Vec<DVec3>>,
+}
+
+impl Problem {
+    fn with<R>(&self, call: impl FnOnce(&Receiver, &Emitter, &[Polygon]) -> R) -> R {
+        let receiver = Receiver::new(self.position, self.normal, self.reflectance).unwrap();
+        let lamp = Emitter::new(Polygon::new(self.lamp.clone()).unwrap(), self.emission.clone()).unwrap();
+        let screens: Vec<Polygon> = self.screens.iter().map(|screen| Polygon::new(screen.clone()).unwrap()).collect();
+        call(&receiver, &lamp, &screens)
+    }
+
+    fn derivatives(&self) -> Derivatives {
+        self.with(|receiver, lamp, screens| derivatives(receiver, lamp, screens, 1e-12).unwrap())
+    }
+
+    fn radiosity(&self) -> f64 {
+        self.with(|receiver, lamp, screens| evaluate_to(receiver, lamp, screens, 1e-14).unwrap().radiosity)
+    }
+
+    /// Central differences of orders 2, 4, 6 by Richardson's extrapolation.
+    fn difference(&self, step: f64, change: impl Fn(&mut Self, f64)) -> f64 {
+        let changed = |by: f64| {
+            let mut other = self.clone();
+            change(&mut other, by);
+            other.radiosity()
+        };
+        let central = |step: f64| (changed(step) - changed(-step)) / (2.0 * step);
+        let [one, two, four] = [step, 2.0 * step, 4.0 * step].map(central);
+        let (fine, coarse) = ((4.0 * one - two) / 3.0, (4.0 * two - four) / 3.0);
+        (16.0 * fine - coarse) / 15.0
+    }
+
+    fn by_vector(&self, step: f64, place: impl Fn(&mut Self) -> &mut DVec3) -> DVec3 {
+        DVec3::from([DVec3::X, DVec3::Y, DVec3::Z].map(|axis| self.difference(step, |problem, by| *place(problem) += axis * by)))
+    }
+}
+
+/// The parameters of an emission, to be changed.
+fn parameter(emission: &Emission, index: usize, by: f64) -> Emission {
+    match emission.clone() {
+        Emission::Constant(value) => Emission::Constant(value + by),
+        Emission::Linear(Linear::AtVertices(mut values)) => {
+            values[index] += by;
+            Emission::at_vertices(values)
+        }
+        Emission::Linear(Linear::Gradient { value, gradient }) if index == 0 => Emission::gradient(value + by, gradient),
+        Emission::Linear(Linear::Gradient { value, mut gradient }) => {
+            gradient[index - 1] += by;
+            Emission::gradient(value, gradient)
+        }
+        Emission::Polynomial(polynomial) => {
+            let terms = polynomial.terms().iter().enumerate();
+            let terms = terms.map(|(i, term)| (term.coefficient + if i == index { by } else { 0.0 }, term.powers));
+            Emission::Polynomial(Polynomial::new(polynomial.origin(), terms).unwrap())
+        }
+    }
+}
+
+/// Lamps of all emissions overhead, screens in between, some through the lamp's plane, and horizons across both.
+fn random_problem(random: &mut ChaCha8Rng, round: usize) -> Problem {
+    let mut vector = |size: f64| DVec3::from([(); 3].map(|()| random.random_range(-size..size)));
+    let mut lamp: Vec<DVec3> = (0..3).map(|_| vector(1.0) * DVec3::new(1.0, 1.0, 0.3) + DVec3::Z).collect();
+    if (lamp[1] - lamp[0]).cross(lamp[2] - lamp[0]).z > 0.0 {
+        lamp.reverse();
+    }
+    let terms = [(1.0, [0, 0, 0]), (0.4, [1, 0, 0]), (-0.7, [0, 1, 2]), (0.3, [2, 0, 1])];
+    let emission = [
+        Emission::Constant(1.7),
+        Emission::at_vertices(vec![1.0, 2.5, 0.5]),
+        Emission::gradient(1.2, DVec3::new(0.4, -0.8, 0.6)),
+        Emission::Polynomial(Polynomial::new(DVec3::new(0.1, 0.2, 0.8), terms).unwrap()),
+    ][round % 4]
+        .clone();
+    let normal = if round.is_multiple_of(3) { vector(1.0) } else { vector(0.3) + DVec3::Z };
+    let position = vector(0.5) - DVec3::Z * 0.3;
+    let screens = (0..round / 4 % 3).map(|i| {
+        let middle = vector(0.3) + DVec3::Z * if i == 0 { 0.4 } else { 0.9 };
+        (0..3).map(|_| middle + vector(0.5)).collect()
+    });
+    let screens = screens.collect();
+    Problem { position, normal, reflectance: 0.6, lamp, emission, screens }
+}
+
+#[test]
+fn they_are_the_differences_of_the_radiosity() {
+    let mut random = ChaCha8Rng::seed_from_u64(17);
+    let (mut seen, mut by_screens, mut missed) = (0, 0, Vec::new());
+    for round in 0..120 {
+        let problem = random_problem(&mut random, round);
+        let found = problem.derivatives();
+        let largest = found.vertices.iter().chain(found.occluders.iter().flatten()).map(|v| v.value.length()).fold(0.0, f64::max);
+        if found.method == Method::Zero {
+            continue;
+        }
+        seen += 1;
+        // A difference spans a kink where a vertex is almost hidden: other steps then agree with each other no better.
+        let mut check = |what: String, value: DVec3, difference: &dyn Fn(f64) -> DVec3| {
+            let off = |step: f64| (difference(step) - value).length() / largest;
+            let error = off(1e-4);
+            if error > 1e-7 {
+                missed.push(format!("{round}: {what} is {value}, by differences {}: {error:e}", difference(1e-4)));
+            }
+        };
+        for k in 0..3 {
+            let vertex = |problem: &Problem, step| problem.by_vector(step, |problem| &mut problem.lamp[k]);
+            check(format!("vertex {k}"), found.vertices[k].value, &|step| vertex(&problem, step));
+            for (i, screen) in found.occluders.iter().enumerate() {
+                let vertex = |problem: &Problem, step| problem.by_vector(step, |problem| &mut problem.screens[i][k]);
+                check(format!("vertex {k} of screen {i}"), screen[k].value, &|step| vertex(&problem, step));
+                by_screens += usize::from(screen[k].value != DVec3::ZERO);
+            }
+        }
+        for (i, derivative) in found.emission.iter().enumerate() {
+            let by = |problem: &mut Problem, by| problem.emission = parameter(&problem.emission, i, by);
+            let difference = |step| DVec3::X * problem.difference(step, by);
+            check(format!("parameter {i}"), DVec3::X * derivative.value, &difference);
+        }
+        let turned = problem.by_vector(1e-4, |problem| &mut problem.normal) * problem.normal.length();
+        let across = found.normal.value.reject_from(problem.normal);
+        check("normal".into(), across, &|_| turned);
+        let reflectance = |step| DVec3::X * problem.difference(step, |problem, by| problem.reflectance += by);
+        check("reflectance".into(), DVec3::X * found.reflectance.value, &reflectance);
+    }
+    println!("{seen} problems, {by_screens} vertices of screens that matter");
+    assert!(seen > 100 && by_screens > 120, "{seen} {by_screens}");
+    assert!(missed.is_empty(), "{} missed:\n{}", missed.len(), missed.join("\n"));
+}
+
+fn lengths<'a>(of: impl IntoIterator<Item = &'a Derivative<DVec3>>) -> f64 {
+    of.into_iter().map(|derivative| derivative.value.length()).sum()
+}
+
+#[test]
+fn cheap_answers_are_within_their_bounds_of_many_digits() {
+    let mut random = ChaCha8Rng::seed_from_u64(23);
+    let (mut closed, mut worst) = (0, 0.0f64);
+    for round in 0..160 {
+        let problem = Problem { emission: Emission::Constant(1.7), screens: Vec::new(), ..random_problem(&mut random, round) };
+        // Near and far.
+        let problem = Problem { position: problem.position - DVec3::Z * f64::from(u32::try_from(round % 5).unwrap()), ..problem };
+        let [cheap, fine] = [1e-12, 0.0]
+            .map(|tolerance| problem.with(|receiver, lamp, screens| derivatives(receiver, lamp, screens, tolerance).unwrap()));
+        closed += usize::from(cheap.method == Method::ClosedForm);
+        let mut hold = |error: f64, bounds: f64| {
+            assert!(error <= bounds, "{round}: {error:e} {bounds:e}");
+            worst = worst.max(if bounds > 0.0 { error / bounds } else { 0.0 });
+        };
+        let vectors = |of: &Derivatives| [vec![of.gradient, of.normal], of.vertices.clone()].concat();
+        for (a, b) in vectors(&cheap).iter().zip(&vectors(&fine)) {
+            hold((a.value - b.value).length(), a.error + b.error);
+        }
+        let numbers = |of: &Derivatives| [vec![of.radiosity, of.reflectance], of.emission.clone()].concat();
+        for (a, b) in numbers(&cheap).iter().zip(&numbers(&fine)) {
+            hold((a.value - b.value).abs(), a.error + b.error);
+        }
+    }
+    println!("{closed} by the closed form in doubles, at most {worst:.2} of a bound");
+    assert!(closed > 80 && worst > 0.02, "{closed} {worst}");
+}
+
+#[test]
+fn what_moves_together_is_what_the_receiver_sees_move() {
+    let mut random = ChaCha8Rng::seed_from_u64(29);
+    let mut seen = 0;
+    for round in (0..200).filter(|round| round % 4 < 2) {
+        let problem = random_problem(&mut random, round);
+        let found = problem.derivatives();
+        let all = || found.vertices.iter().chain(found.occluders.iter().flatten());
+        let places = problem.lamp.iter().chain(problem.screens.iter().flatten());
+        let room = 1e-12 * lengths(all());
+        let about = DVec3::new(0.4, -0.7, 0.2);
+        let (mut shift, mut turn, mut scale) = (DVec3::ZERO, DVec3::ZERO, 0.0);
+        for (place, derivative) in places.zip(all()) {
+            let arm = *place - about;
+            shift += derivative.value;
+            turn += arm.cross(derivative.value);
+            scale += arm.dot(derivative.value);
+        }
+        assert!((shift - found.translation().value).length() <= room, "{round}: {shift} {found:?}");
+        assert!((turn - found.rotation(about).value).length() <= 3.0 * room, "{round}: {turn}");
+        assert!((scale - found.scale(about).value).abs() <= 3.0 * room, "{round}: {scale}");
+        seen += usize::from(found.method != Method::Zero);
+    }
+    assert!(seen > 40, "{seen}");
+}
+
+#[test]
+fn an_edge_seen_along_another_has_a_bound_as_large_as_the_jump() {
+    let point = |x, y, z| DVec3::new(x, y, z);
+    let lamp = vec![point(-1.0, -1.0, 2.0), point(-1.0, 1.0, 2.0), point(1.0, 1.0, 2.0), point(1.0, -1.0, 2.0)];
+    // Its edge is in the plane of the receiver and the lamp's edge at x = 1.
+    let screen = |x: f64| vec![point(x, -2.0, 1.0), point(x, 2.0, 1.0), point(2.0, 0.0, 1.0)];
+    let problem = |x| Problem {
+        position: DVec3::ZERO,
+        normal: DVec3::Z,
+        reflectance: 1.0,
+        lamp: lamp.clone(),
+        emission: Emission::Constant(1.0),
+        screens: vec![screen(x)],
+    };
+    let [before, at, after] = [0.5 - 1e-9, 0.5, 0.5 + 1e-9].map(|x| problem(x).derivatives());
+    let jump = (before.occluders[0][0].value - after.occluders[0][0].value).length();
+    assert!(jump > 0.01 && after.occluders[0][0].value.length() < 1e-9);
+    assert!(at.occluders[0].iter().chain(&at.vertices).any(|vertex| vertex.error >= jump), "{at:?}");
+    for side in [before, after] {
+        for (found, other) in at.occluders[0].iter().zip(&side.occluders[0]).chain(at.vertices.iter().zip(&side.vertices)) {
+            assert!((found.value - other.value).length() <= found.error + 1e-7, "{found:?} {other:?}");
+        }
+    }
+}
+
+#[test]
+fn what_does_not_emit_or_reflect_still_says_what_it_would_give() {
+    let mut problem = random_problem(&mut ChaCha8Rng::seed_from_u64(31), 1);
+    problem.emission = Emission::Constant(0.0);
+    let dark = problem.derivatives();
+    problem.emission = Emission::Constant(1.0);
+    let unit = problem.derivatives();
+    assert!(unit.emission[0].value > 0.0 && (dark.emission[0].value - unit.radiosity.value).abs() < 1e-15);
+    assert!(dark.vertices.iter().all(|vertex| vertex.value == DVec3::ZERO) && dark.radiosity.value == 0.0);
+    problem.reflectance = 0.0;
+    let black = problem.derivatives();
+    assert!((black.reflectance.value - unit.reflectance.value).abs() < 1e-15 && black.radiosity.value == 0.0);
+    problem.position = DVec3::Z * 9.0;
+    let behind = problem.derivatives();
+    assert!(behind.method == Method::Zero && behind.vertices.len() == 3 && behind.reflectance.value == 0.0);
+}
