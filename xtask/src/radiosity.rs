@@ -14,6 +14,7 @@ mod graph;
 mod refinement;
 mod shadow;
 mod squares;
+mod terrain;
 mod transfer;
 
 use std::error::Error;
@@ -40,22 +41,34 @@ pub(crate) struct Arguments {
     /// Only write a closed city of this many blocks a side to FILE, as OBJ: 49 make 22,094 facets
     #[arg(long, value_name = "SIDE", requires = "file", value_parser = clap::value_parser!(u16).range(1..=500))]
     city: Option<u16>,
-    /// File for --city
-    #[arg(long, requires = "city")]
+    /// Only write a crater with a rough floor, of twice the square of this many triangles, to FILE, as OBJ: 100 make 20,000
+    #[arg(long, value_name = "SIDE", requires = "file", conflicts_with = "city", value_parser = clap::value_parser!(u16).range(1..=1000))]
+    crater: Option<u16>,
+    /// The same of hills
+    #[arg(long, value_name = "SIDE", requires = "file", conflicts_with_all = ["city", "crater"], value_parser = clap::value_parser!(u16).range(1..=1000))]
+    hills: Option<u16>,
+    /// File for --city, --crater and --hills
+    #[arg(long)]
     file: Option<PathBuf>,
 }
 
 impl Arguments {
     /// Whether anything is measured.
     pub(crate) const fn measures(&self) -> bool {
-        self.city.is_none()
+        self.city.is_none() && self.crater.is_none() && self.hills.is_none()
     }
 }
 
 /// Writes every table and picture and says where.
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
-    if let (Some(side), Some(file)) = (arguments.city, &arguments.file) {
-        files::write(file, cost::closed_city(side.into()))?;
+    if let Some(file) = &arguments.file {
+        let scene = match (arguments.city, arguments.crater, arguments.hills) {
+            (Some(side), ..) => cost::closed_city(side.into()),
+            (_, Some(side), _) => terrain::crater(side.into()),
+            (_, _, Some(side)) => terrain::hills(side.into()),
+            _ => return Err("--file is of --city, --crater or --hills: give one of them".into()),
+        };
+        files::write(file, scene)?;
         println!("{}", file.display());
         return Ok(());
     }
