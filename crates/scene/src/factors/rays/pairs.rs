@@ -214,8 +214,10 @@ impl RayFactors {
         let taken = self.exchanged(&scale);
         for i in 0..count {
             let all = scale[i] * taken[i];
-            if all > left[i] {
-                scale[i] *= larger(left[i], 0.0) / all * (1.0 - 4.0 * f64::EPSILON);
+            // Near faces may take more than all, by a rounding.
+            let most = larger(left[i], 0.0);
+            if all > most {
+                scale[i] *= most / all * (1.0 - 4.0 * f64::EPSILON);
             }
         }
         self.scale = scale;

@@ -122,6 +122,18 @@ fn rows_close_and_pairs_are_reciprocal_also_where_small_factors_are_left_out() {
 }
 
 #[test]
+fn a_face_that_only_near_faces_are_before_closes_too() {
+    // A cube of six faces: all are near each other. And blocks in a room, one face of which sees little else.
+    let read = Scene::read(concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/scenes/two_blocks.obj"), crate::Degenerate::Refuse);
+    for scene in [room(1, true), read.unwrap()] {
+        let factors = FormFactors::new(&scene).unwrap();
+        let found = of(&factors, 1000, 1);
+        assert!(factors.faces().into_iter().all(|face| (0.0..1e-6).contains(&found.open(face))));
+        assert!(FactorOperator::new(found).error() < 1.0);
+    }
+}
+
+#[test]
 fn values_are_nearer_the_truth_with_more_rays_and_near_pairs_are_exact() {
     let scene = room(3, true);
     let factors = FormFactors::new(&scene).unwrap();
