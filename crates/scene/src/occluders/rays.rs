@@ -237,12 +237,18 @@ impl Branch {
 
 /// The largest number of single precision that is not above a double, and the least that is not below it.
 fn below(number: f64) -> f32 {
-    let nearest = number as f32;
+    let nearest = single(number);
     if f64::from(nearest) > number { nearest.next_down() } else { nearest }
 }
 
 fn above(number: f64) -> f32 {
     -below(-number)
+}
+
+/// The nearest number of single precision.
+#[expect(clippy::cast_possible_truncation, reason = "what it is rounded by is accounted for")]
+const fn single(number: f64) -> f32 {
+    number as f32
 }
 
 /// Where a ray meets a polygon.
@@ -348,7 +354,7 @@ impl Ray {
     fn before_boxes(&self, power: f64) -> Boxed {
         let (from, toward) = (self.from * power, self.toward / self.toward[self.axis].abs());
         let component = |axis: usize| {
-            let inverse = (1.0 / toward[axis]) as f32;
+            let inverse = single(1.0 / toward[axis]);
             // One of 0 is as good as one that is far below the width of any box.
             let inverse = if inverse.abs() <= STEEP { inverse } else { STEEP.copysign(inverse) };
             // The lowest coordinates are met first if the ray rises.

@@ -10,6 +10,7 @@ use radgrad_core::{DVec3, Polygon};
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 
+use super::super::larger;
 use super::super::rule::patches;
 
 /// How many cells there are along each of the two numbers of an origin, and of a direction.
@@ -102,7 +103,7 @@ impl Source {
             (b * sin, b * cos)
         };
         let [along, across, normal] = self.frame;
-        along * x + across * y + normal * (1.0 - (x * x + y * y)).max(0.0).sqrt()
+        along * x + across * y + normal * larger(1.0 - (x * x + y * y), 0.0).sqrt()
     }
 }
 
