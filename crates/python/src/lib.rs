@@ -12,6 +12,7 @@ mod evaluate;
 mod factors;
 mod files;
 mod pool;
+mod rays;
 mod scene;
 mod solution;
 mod tree;
@@ -48,6 +49,8 @@ mod _radgrad {
     use super::pool::threads;
     #[pymodule_export]
     use super::program;
+    #[pymodule_export]
+    use super::rays::RayCore;
     #[pymodule_export]
     use super::scene::SceneCore;
     #[pymodule_export]

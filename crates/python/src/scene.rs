@@ -268,7 +268,7 @@ impl SceneCore {
 }
 
 /// Blocks after which it is looked whether to stop.
-fn in_blocks<T>(
+pub(crate) fn in_blocks<T>(
     factors: &FormFactors<'_>,
     stop: &Stop,
     block: impl Fn(std::ops::Range<usize>) -> Result<T, Ended>,

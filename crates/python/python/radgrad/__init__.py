@@ -37,6 +37,7 @@ from ._evaluate import (
 from ._factors import Factors, ReaderWarning, Rows, ToleranceWarning
 from ._heat import Heat, heat
 from ._progress import Step, threads
+from ._rays import RayFactors
 from ._scene import Scene
 from ._solution import Certificate, Gathered, Picture, Round, Slopes, Solution
 
@@ -56,6 +57,7 @@ __all__ = [
     "Hessian",
     "Picture",
     "Polynomial",
+    "RayFactors",
     "ReaderWarning",
     "Round",
     "Rows",
