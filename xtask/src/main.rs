@@ -2,10 +2,10 @@
 
 mod bench;
 mod bounds;
-mod city;
 mod figures;
 mod files;
 mod instructions;
+mod mesh;
 mod mutants;
 mod plot;
 mod prove;
@@ -35,7 +35,7 @@ enum Task {
     Figures(figures::Arguments),
     Bench(bench::Arguments),
     Instructions(instructions::Arguments),
-    City(city::Arguments),
+    Mesh(mesh::Arguments),
 }
 
 impl Task {
@@ -56,7 +56,7 @@ fn main() -> ExitCode {
         Task::Replay(arguments) => replay::run(&arguments),
         Task::Bench(arguments) => bench::run(&arguments),
         Task::Instructions(arguments) => instructions::run(&arguments),
-        Task::City(arguments) => city::run(&arguments).map(|()| true),
+        Task::Mesh(arguments) => mesh::run(&arguments).map(|()| true),
         Task::Report(arguments) => report::run(&arguments).map(|()| true),
         Task::Figures(arguments) => figures::run(&arguments).map(|()| true).map_err(Into::into),
     };

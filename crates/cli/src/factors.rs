@@ -1,6 +1,7 @@
 //! `radgrad factors`: the form factors of a scene.
 
 mod ahead;
+mod by_rays;
 mod formats;
 pub(crate) mod kept;
 mod one;
@@ -43,7 +44,8 @@ pub(crate) struct Arguments {
     /// has.
     #[arg(long, requires = "out")]
     open: bool,
-    /// Absolute bound that is asked of each factor [default: 0.001]. Where one is not met, it is listed and the exit status is 1.
+    /// Absolute bound that is asked of each factor [default: 0.001]. Where one is not met, it is listed and the exit status is 1. By rays, the
+    /// half-width of the widest interval [default: 0.01].
     #[arg(long)]
     tolerance: Option<f64>,
     /// Bound that is asked of each factor over itself; the larger of the two counts [default: 0].
@@ -80,6 +82,8 @@ pub(crate) struct Arguments {
     /// Points that its digits may take past occluders, at most 1000000000 [default: 30000].
     #[arg(long, requires = "from", value_parser = count)]
     points: Option<usize>,
+    #[command(flatten)]
+    by_rays: by_rays::Options,
 }
 
 /// The largest count.
@@ -108,6 +112,14 @@ pub(crate) enum Failure {
     Block(PathBuf),
     #[error("`{}`: --open adds lines to a name ending in .csv", .0.display())]
     Open(PathBuf),
+    #[error("`{}`: factors by rays are those of faces: name a file that ends in .csv or .mtx, or ask for --method brackets", .0.display())]
+    ByFace(PathBuf),
+    #[error("--rows by rays counts rows that --resume FILE keeps: name that file, and write with --join when all are counted")]
+    Part,
+    #[error("--{option} goes with --method {of}: leave it out, or ask for that method")]
+    OtherMethod { option: &'static str, of: &'static str },
+    #[error("--{rays} goes with --method rays and --{brackets} with --method brackets: leave one of them out")]
+    Together { rays: &'static str, brackets: &'static str },
     #[error("--{option} is {value}: it must be between 0 and 1")]
     Share { option: &'static str, value: f64 },
     #[error("cannot write the summary: {0}")]
@@ -136,7 +148,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<bool, Failure> {
     let settings = settings(arguments)?;
     let outputs = out.iter().flat_map(|(file, format)| formats::files(file, *format)).map(|file| ("out", file));
     let outputs: Vec<_> = outputs.chain(arguments.resume.clone().map(|file| ("resume", file))).collect();
-    places::check((&arguments.scene.path, arguments.scene.budget), &[], &outputs)?;
+    places::check((&arguments.scene.path, arguments.scene.budget), &arguments.by_rays.inputs(), &outputs)?;
     outputs.iter().try_for_each(|(_, file)| output::check(file))?;
     let scene = arguments.scene.read(Materials::Optional)?;
     let factors = FormFactors::new(&scene)?;
@@ -150,6 +162,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<bool, Failure> {
         return Ok(unmet.is_empty());
     }
     let rows = factors.faces().len();
+    if by_rays::are_chosen(arguments, rows)? {
+        return by_rays::run(&factors, arguments, out, started).map(|()| true);
+    }
     let block = arguments.rows.map_or(0..rows, |[i, n]| rows_of(rows, i, n));
     // A repair moves values away from the middle of their brackets, which are narrower for that.
     let share = if arguments.repair { 0.9 } else { 1.0 };

@@ -26,7 +26,7 @@ pub(crate) struct FactorMatrix {
 type Arrays<'py> = Bound<'py, PyTuple>;
 
 /// Whole numbers, of 32 bits where all fit.
-fn whole<'py>(py: Python<'py>, numbers: &[usize]) -> PyResult<Bound<'py, PyAny>> {
+pub(crate) fn whole<'py>(py: Python<'py>, numbers: &[usize]) -> PyResult<Bound<'py, PyAny>> {
     let narrow: Result<Vec<i32>, _> = numbers.iter().map(|number| i32::try_from(*number)).collect();
     if let Ok(narrow) = narrow {
         return Ok(PyArray1::from_vec(py, narrow).into_any());

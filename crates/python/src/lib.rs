@@ -14,6 +14,7 @@ mod factors;
 mod files;
 mod heat;
 mod pool;
+mod rays;
 mod scene;
 mod solution;
 mod tree;
@@ -54,6 +55,8 @@ mod _radgrad {
     use super::pool::threads;
     #[pymodule_export]
     use super::program;
+    #[pymodule_export]
+    use super::rays::RayCore;
     #[pymodule_export]
     use super::scene::SceneCore;
     #[pymodule_export]

@@ -3,6 +3,7 @@
 //! - [`FormFactors::at_point`]: from a point, in closed form, with a proven bound.
 //! - [`FormFactors::between`]: from a face to another.
 //! - [`FormFactors::matrix`]: all of them, or a block of rows.
+//! - [`FormFactors::by_rays`]: those of very many faces, with intervals that hold with a stated probability ([`rays`]).
 //!
 //! The exchange of two faces, `E = A_i F_ij = A_j F_ji`, is one number a pair ([`pair`]): computed once, divided by each area
 //! last, so that factors are reciprocal to a rounding. Which rule serves a pair:
@@ -32,6 +33,7 @@ mod narrow;
 mod pair;
 #[doc(hidden)]
 pub mod probes;
+mod rays;
 mod repair;
 mod rule;
 mod screen;
@@ -49,6 +51,7 @@ pub use field::FieldCell;
 pub use matrix::{ComputedRow, Entry, FactorMatrix, SurfaceFactor, SurfaceMatrix};
 pub use narrow::Narrowed;
 pub use pair::Factor;
+pub use rays::{Certified, Counted, FactorOperator, RayEntry, RayFactors, RayRow, RaySettings};
 pub use repair::Repaired;
 pub use rule::gauss_legendre;
 

@@ -37,8 +37,8 @@ pub use extremes::{largest, smallest};
 #[doc(hidden)]
 pub use factors::probes;
 pub use factors::{
-    ComputedRow, Entry, Factor, FactorBlock, FactorMatrix, FactorSettings, FieldCell, FormFactors, Narrowed, Repaired,
-    SurfaceFactor, SurfaceMatrix, gauss_legendre,
+    Certified, ComputedRow, Counted, Entry, Factor, FactorBlock, FactorMatrix, FactorOperator, FactorSettings, FieldCell,
+    FormFactors, Narrowed, RayEntry, RayFactors, RayRow, RaySettings, Repaired, SurfaceFactor, SurfaceMatrix, gauss_legendre,
 };
 pub use heat::{Boundary, HeatError, STEFAN_BOLTZMANN, SurfaceHeat, heat_balance, heat_jacobian, reciprocal_areas};
 pub use host::check_host;

@@ -9,7 +9,7 @@ use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
-use radgrad_scene::ComputedRow;
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 /// Of what the rows are.
@@ -18,6 +18,12 @@ struct Head {
     factors_of: String,
     asked: String,
     version: String,
+}
+
+impl Head {
+    fn of(scene: &str, asked: String) -> Self {
+        Self { factors_of: scene.to_owned(), asked, version: env!("CARGO_PKG_VERSION").to_owned() }
+    }
 }
 
 /// Why rows cannot be kept.
@@ -49,9 +55,9 @@ struct Out {
 
 impl Kept {
     /// Opens the file of a run for this scene and these settings, and reads what it has.
-    pub(crate) fn open(file: &Path, scene: &str, asked: String) -> Result<(Self, Vec<ComputedRow>), Failure> {
+    pub(crate) fn open<Row: DeserializeOwned>(file: &Path, scene: &str, asked: String) -> Result<(Self, Vec<Row>), Failure> {
         let unusable = |source: io::Error| Failure::Unusable { file: file.to_owned(), source };
-        let head = Head { factors_of: scene.to_owned(), asked, version: env!("CARGO_PKG_VERSION").to_owned() };
+        let head = Head::of(scene, asked);
         // Nothing is opened for writing before it is known for a file of ours.
         match std::fs::metadata(file) {
             Ok(metadata) if !metadata.is_file() => {
@@ -78,7 +84,7 @@ impl Kept {
     }
 
     /// Adds a row.
-    pub(crate) fn keep(&self, row: &ComputedRow) {
+    pub(crate) fn keep(&self, row: &impl Serialize) {
         let line = line(row);
         let mut out = self.out.lock().unwrap_or_else(PoisonError::into_inner);
         if out.failed.is_none() {
@@ -91,6 +97,17 @@ impl Kept {
         let out = self.out.into_inner().unwrap_or_else(PoisonError::into_inner);
         out.failed.map_or(Ok(()), |source| Err(Failure::Unusable { file: self.file, source }))
     }
+}
+
+/// The rows that another run kept, for this scene and these settings.
+pub(super) fn rows<Row: DeserializeOwned>(file: &Path, scene: &str, asked: &str) -> Result<Vec<Row>, Failure> {
+    let unusable = |source| Failure::Unusable { file: file.to_owned(), source };
+    if !std::fs::metadata(file).map_err(unusable)?.is_file() {
+        return Err(unusable(io::Error::new(io::ErrorKind::InvalidInput, "it is no file that can be taken up")));
+    }
+    let opened = File::open(file).map_err(unusable)?;
+    check(file, &opened, &Head::of(scene, asked.to_owned()))?;
+    read(file, &opened).map(|(rows, _)| rows)
 }
 
 /// A line of JSON.
@@ -118,7 +135,7 @@ fn check(file: &Path, mut opened: &File, expected: &Head) -> Result<(), Failure>
 }
 
 /// The rows of a file after its first line, and where its last whole line ends.
-fn read(file: &Path, opened: &File) -> Result<(Vec<ComputedRow>, u64), Failure> {
+fn read<Row: DeserializeOwned>(file: &Path, opened: &File) -> Result<(Vec<Row>, u64), Failure> {
     let mut lines = BufReader::new(opened);
     let (mut rows, mut end, mut text) = (Vec::new(), 0, Vec::new());
     for number in 1.. {

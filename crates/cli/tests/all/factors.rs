@@ -14,7 +14,7 @@ const BACK_TO_BACK: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1
     g below\nf 4 3 2 1\ng above\nf 5 6 7 8\n";
 
 /// The scenes, with the room's materials in a file whose name factors may be written to.
-fn folder(name: &str) -> Folder {
+pub(crate) fn folder(name: &str) -> Folder {
     let read = |file: &str| fs::read_to_string(format!("{SCENES}/{file}")).unwrap();
     let room = read("two_blocks.obj").replace("two_blocks.mtl", "paint.txt");
     let files = [
@@ -30,21 +30,21 @@ fn folder(name: &str) -> Folder {
 }
 
 impl Folder {
-    fn factors(&self, arguments: &str) -> Output {
+    pub(crate) fn factors(&self, arguments: &str) -> Output {
         let arguments = arguments.split_whitespace();
         Command::new(env!("CARGO_BIN_EXE_radgrad")).arg("factors").args(arguments).current_dir(&self.0).output().unwrap()
     }
 
-    fn text_of(&self, file: &str) -> String {
+    pub(crate) fn text_of(&self, file: &str) -> String {
         fs::read_to_string(self.0.join(file)).unwrap()
     }
 }
 
-fn status_and_said(output: &Output) -> (Option<i32>, String) {
+pub(crate) fn status_and_said(output: &Output) -> (Option<i32>, String) {
     (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
 }
 
-fn object(output: &Output) -> Value {
+pub(crate) fn object(output: &Output) -> Value {
     serde_json::from_slice(&output.stdout).unwrap_or_else(|_| panic!("{}", String::from_utf8_lossy(&output.stderr)))
 }
 

@@ -2,6 +2,7 @@
 
 mod audit;
 mod book;
+mod by_rays;
 mod certified;
 mod doors;
 mod eval;

@@ -293,6 +293,14 @@ impl FormFactors<'_> {
             .map(Some)
     }
 
+    /// What two faces exchange and a bound on its error, 0 where they see nothing of each other; `None` where something may be between them.
+    pub(super) fn free_exchange(&self, faces: [usize; 2], settings: &FactorSettings) -> Option<[f64; 2]> {
+        let Some(Sighted { screens, free, .. }) = self.sighted(faces, settings) else { return Some([0.0; 2]) };
+        let (area, bands) = (larger(free.area, 0.0), faces.map(|face| self.bands[face]).iter().sum::<f64>());
+        let error = free.error + (area - free.area) + bands;
+        (screens.is_empty() && area.is_finite() && error.is_finite()).then_some([area, error])
+    }
+
     /// The faces that may be between two faces, and the exchange of the two without them; `None` where they see nothing of each
     /// other.
     fn sighted(&self, faces: [usize; 2], settings: &FactorSettings) -> Option<Sighted<'_>> {

@@ -3,7 +3,7 @@
 use radgrad_core::DVec3;
 use smallvec::SmallVec;
 
-use super::rays::{best_axes, inverse, is_inside};
+use super::rays::{best_axes, inverse, is_inside, length};
 use super::shape::{Bounds, Shape};
 use super::{LEVEL, Occluders, Tree};
 
@@ -86,7 +86,7 @@ fn crossing(polygon: &Shape, [from, to]: [DVec3; 2]) -> Option<f64> {
     if above * below >= 0.0 {
         return None;
     }
-    let level = LEVEL * normal.length() * ((to - from).length() + (from - origin).length());
+    let level = LEVEL * length(normal) * ((to - from).length() + (from - origin).length());
     if above.abs() <= level || below.abs() <= level {
         return None;
     }

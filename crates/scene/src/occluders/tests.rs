@@ -375,3 +375,43 @@ fn the_back_of_a_sheet_before_another_face_is_met() {
         }
     }
 }
+
+#[test]
+fn no_ray_leaves_a_closed_surface_along_its_edges() {
+    let mut random = Xoshiro256PlusPlus::seed_from_u64(5);
+    let mut uniform = || (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
+    // A ball with a rough surface: rings of triangles, and of quadrilaterals in planes through an axis none.
+    let (rings, around) = (24_u32, 40_u32);
+    let pole = |up: f64| DVec3::new(0.0, 0.0, up);
+    let corners: Vec<Vec<DVec3>> = (1..rings)
+        .map(|ring| {
+            let (sin, cos) = libm::sincos(std::f64::consts::PI * f64::from(ring) / f64::from(rings));
+            let at = |k: u32| libm::sincos(std::f64::consts::TAU * f64::from(k) / f64::from(around));
+            (0..around).map(|k| DVec3::new(sin * at(k).1, sin * at(k).0, cos) * (0.8 + 0.2 * uniform())).collect()
+        })
+        .collect();
+    let next = |k: usize| (k + 1) % around as usize;
+    let mut triangles = Vec::new();
+    for k in 0..around as usize {
+        triangles.push([pole(1.0), corners[0][k], corners[0][next(k)]]);
+        triangles.push([pole(-1.0), corners[corners.len() - 1][next(k)], corners[corners.len() - 1][k]]);
+        for two in corners.windows(2) {
+            triangles.push([two[0][k], two[1][k], two[1][next(k)]]);
+            triangles.push([two[0][k], two[1][next(k)], two[0][next(k)]]);
+        }
+    }
+    for unit in [1.0, 2.0_f64.powi(-300), 2.0_f64.powi(300)] {
+        let faces: Vec<Polygon> =
+            triangles.iter().map(|corners| Polygon::new(corners.map(|v| v * unit).to_vec()).unwrap()).collect();
+        let index = Occluders::new(&faces);
+        for [a, b, c] in &triangles {
+            let from = DVec3::new(uniform() - 0.5, uniform() - 0.5, uniform() - 0.5) * 0.3;
+            for (a, b) in [(a, b), (b, c), (c, a)] {
+                for share in [0.0, uniform(), uniform()] {
+                    let toward = *a + (*b - *a) * share - from;
+                    assert!(index.first_along(from * unit, toward, &[]).is_some(), "{from} {toward}");
+                }
+            }
+        }
+    }
+}

@@ -1,5 +1,5 @@
 //! The Cornell box with its shadows: leaves divided where the gradient says so against all leaves divided alike, and faces cut along shadow
-//! lines against these, with quadratic elements. `cargo xtask radiosity` does it for constant and linear ones too.
+//! lines against these, with quadratic elements.
 
 use radgrad_core::DVec3;
 use radgrad_scene::{Degenerate, Scene};

@@ -1,23 +1,45 @@
-//! `cargo xtask city`: a scene of any size, as OBJ: high blocks on the ground under a sky of tiles, between walls.
+//! `cargo xtask mesh`: scenes of any size, as OBJ: a closed city, high blocks on the ground under a sky of tiles, between walls; a crater
+//! with a rough floor; hills.
+
+mod terrain;
 
 use std::error::Error;
 use std::path::PathBuf;
 
 use crate::files;
 
-/// Write a closed city as OBJ: 49 blocks a side make 22,094 facets
+/// Write a scene of any size as OBJ
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
-    /// Blocks a side
-    #[arg(value_parser = clap::value_parser!(u16).range(1..=500))]
+    /// The kind of scene
+    kind: Kind,
+    /// Blocks of the city along its side, or squares of two triangles along the side of the ground
+    #[arg(value_parser = clap::value_parser!(u16).range(1..=1000))]
     side: u16,
     /// File to write
     file: PathBuf,
 }
 
-/// Writes the city and says where.
+/// What the scene is of.
+#[derive(Debug, Clone, Copy, clap::ValueEnum)]
+enum Kind {
+    /// A closed city: 49 blocks a side make 22,094 facets
+    City,
+    /// A crater with a rough floor: 100 squares a side make 20,000 triangles
+    Crater,
+    /// Hills: as many triangles as the crater
+    Hills,
+}
+
+/// Writes the scene and says where.
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
-    files::write(&arguments.file, closed_city(arguments.side.into()))?;
+    let side = arguments.side.into();
+    let scene = match arguments.kind {
+        Kind::City => closed_city(side),
+        Kind::Crater => terrain::crater(side),
+        Kind::Hills => terrain::hills(side),
+    };
+    files::write(&arguments.file, scene)?;
     println!("{}", arguments.file.display());
     Ok(())
 }

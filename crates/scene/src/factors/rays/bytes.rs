@@ -1,0 +1,112 @@
+//! Factors by rays as bytes: five bytes a pair and a little for each face.
+
+use super::pairs::{Counts, Known, Near, RayFactors, parts};
+use crate::Error;
+
+/// What [`RayFactors::to_bytes`] begins with.
+const BEGIN: &[u8; 16] = b"radgrad by rays1";
+
+impl RayFactors {
+    /// All of it as bytes, to be kept or sent.
+    #[must_use]
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let Self { faces, known, counts, near, open, scale, dropped, .. } = self;
+        let mut bytes = BEGIN.to_vec();
+        let whole = |bytes: &mut Vec<u8>, number: usize| bytes.extend((number as u64).to_le_bytes());
+        let short = |bytes: &mut Vec<u8>, all: &[u32]| all.iter().for_each(|number| bytes.extend(number.to_le_bytes()));
+        let real = |bytes: &mut Vec<u8>, all: &[f64]| all.iter().for_each(|number| bytes.extend(number.to_le_bytes()));
+        whole(&mut bytes, counts.len());
+        whole(&mut bytes, faces.len());
+        bytes.extend(known.rays.to_le_bytes());
+        real(&mut bytes, &[known.logarithm, known.confidence, *dropped]);
+        faces.iter().for_each(|face| bytes.extend(super::short(*face).to_le_bytes()));
+        real(&mut bytes, &known.areas);
+        real(&mut bytes, scale);
+        short(&mut bytes, open);
+        for (of_face, near) in counts.iter().zip(near) {
+            [of_face.faces.len(), of_face.many.len(), near.len()].iter().for_each(|length| whole(&mut bytes, *length));
+            short(&mut bytes, &of_face.faces);
+            bytes.extend(&of_face.few);
+            short(&mut bytes, &of_face.many);
+            for Near { face, area, error } in near {
+                short(&mut bytes, &[*face]);
+                real(&mut bytes, &[*area, *error]);
+            }
+        }
+        bytes
+    }
+
+    /// From those bytes.
+    ///
+    /// # Errors
+    /// If they are not such bytes.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, Error> {
+        let wrong = || Error::expected("factors by rays, as they were kept", format!("{} bytes that are none", bytes.len()));
+        Self::read(&mut Bytes(bytes)).ok_or_else(wrong)
+    }
+
+    fn read(bytes: &mut Bytes<'_>) -> Option<Self> {
+        (bytes.take(BEGIN.len())? == BEGIN).then_some(())?;
+        let (count, rows) = (bytes.length()?, bytes.length()?);
+        let rays = u64::from_le_bytes(*bytes.take(8)?.first_chunk()?);
+        let &[logarithm, confidence, dropped] = bytes.reals(3)?.first_chunk()?;
+        let faces: Vec<usize> = bytes.shorts(rows)?.into_iter().map(|face| face as usize).collect();
+        let (areas, scale, open) = (bytes.reals(count)?, bytes.reals(count)?, bytes.shorts(count)?);
+        let is_place = |face: usize, above: usize| face > above && face < count;
+        let (mut counts, mut near) = (Vec::new(), Vec::new());
+        for face in 0..count {
+            let [all, often, beside] = [bytes.length()?, bytes.length()?, bytes.length()?];
+            let of_face = Counts { faces: bytes.shorts(all)?, few: bytes.take(all)?.to_vec(), many: bytes.shorts(often)? };
+            let is_whole = of_face.few.iter().filter(|few| **few == u8::MAX).count() == often;
+            let are_places = of_face.faces.iter().all(|other| is_place(*other as usize, face));
+            let is_ascending = of_face.faces.windows(2).all(|two| two[0] < two[1]);
+            let one = |bytes: &mut Bytes<'_>| {
+                let (face, &[area, error]) = (*bytes.shorts(1)?.first()?, bytes.reals(2)?.first_chunk()?);
+                Some(Near { face, area, error })
+            };
+            let of_near = (0..beside).map(|_| one(bytes)).collect::<Option<Vec<Near>>>()?;
+            let are_near = of_near.iter().all(|near| is_place(near.face as usize, face) && near.area >= 0.0 && near.error >= 0.0);
+            let is_sorted = of_near.windows(2).all(|two| two[0].face < two[1].face);
+            (is_whole && are_places && is_ascending && are_near && is_sorted).then_some(())?;
+            counts.push(of_face);
+            near.push(of_near);
+        }
+        let is_positive = |number: &f64| *number > 0.0 && number.is_finite();
+        let are_faces = faces.windows(2).all(|two| two[0] < two[1]) && faces.iter().all(|face| *face < count);
+        let are_asked =
+            confidence > 0.0 && confidence < 1.0 && is_positive(&logarithm) && (0.0..=1.0).contains(&dropped) && rays > 0;
+        let are_scales = scale.iter().all(|scale| (0.0..=2.0).contains(scale));
+        let is_all = bytes.0.is_empty() && are_faces && are_asked && are_scales && areas.iter().all(is_positive);
+        is_all.then_some(())?;
+        let (parts, known) = (parts(&counts), Known { areas, rays, logarithm, confidence });
+        let mut factors = Self { faces, known, counts, parts, near, open, scale, sums: Vec::new(), dropped };
+        factors.sums = factors.row_sums();
+        // A row is above 1 by no more than bounds of near pairs.
+        factors.sums.iter().all(|sum| *sum <= 1.0 + 1e-6).then_some(factors)
+    }
+}
+
+/// Bytes that are read from the first on.
+struct Bytes<'a>(&'a [u8]);
+
+impl<'a> Bytes<'a> {
+    fn take(&mut self, count: usize) -> Option<&'a [u8]> {
+        let (taken, rest) = self.0.split_at_checked(count)?;
+        self.0 = rest;
+        Some(taken)
+    }
+
+    fn length(&mut self) -> Option<usize> {
+        self.take(8)?.first_chunk().and_then(|bytes| usize::try_from(u64::from_le_bytes(*bytes)).ok())
+    }
+
+    fn shorts(&mut self, count: usize) -> Option<Vec<u32>> {
+        let (all, _) = self.take(count.checked_mul(4)?)?.as_chunks();
+        Some(all.iter().map(|bytes| u32::from_le_bytes(*bytes)).collect())
+    }
+
+    fn reals(&mut self, count: usize) -> Option<Vec<f64>> {
+        let (all, _) = self.take(count.checked_mul(8)?)?.as_chunks();
+        Some(all.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect())
+    }
+}
