@@ -50,15 +50,20 @@ fn ground(side: usize, height: impl Fn(f64, f64) -> f64) -> String {
 mod tests {
     use super::*;
 
+    /// The numbers of a line after its first word.
+    fn numbers<N: std::str::FromStr<Err: std::fmt::Debug>>(line: &str) -> Vec<N> {
+        line.split(' ').skip(1).map(|word| word.parse().unwrap()).collect()
+    }
+
     #[test]
     fn ground_faces_up_and_is_rough_where_it_is_said_to_be() {
         for text in [crater(20), hills(20)] {
-            let numbers = |line: &str| line.split(' ').skip(1).map(|word| word.parse::<f64>().unwrap()).collect::<Vec<_>>();
-            let corners: Vec<Vec<f64>> = text.lines().filter(|line| line.starts_with('v')).map(numbers).collect();
-            let faces: Vec<Vec<f64>> = text.lines().filter(|line| line.starts_with('f')).map(numbers).collect();
+            let (corners, faces): (Vec<&str>, Vec<&str>) = text.lines().partition(|line| line.starts_with('v'));
+            let corners: Vec<Vec<f64>> = corners.into_iter().map(numbers).collect();
+            let faces: Vec<Vec<usize>> = faces.into_iter().map(numbers).collect();
             assert_eq!([corners.len(), faces.len()], [21 * 21, 800]);
             for face in &faces {
-                let [a, b, c] = [0, 1, 2].map(|k| &corners[face[k] as usize - 1]);
+                let [a, b, c] = [0, 1, 2].map(|k| &corners[face[k] - 1]);
                 assert!((b[0] - a[0]) * (c[1] - a[1]) > (b[1] - a[1]) * (c[0] - a[0]), "{face:?}");
             }
         }
