@@ -124,42 +124,42 @@ fn of_precision<F: Precision>(index: u64, cast: &Cast<F>, name: &str) -> Result<
     let sampler = &mut Sampler::new(54, "batches", index);
     let round = |v: DVec3| v.map(|c| (cast.from)((cast.to)(c)));
     let drawn = receivers(sampler, &problem, 13).into_iter().map(|place| place.map(round));
-    let of: Vec<[DVec3; 2]> = drawn.filter(|[at, facing]| Receiver::new(*at, *facing, 1.0).is_ok()).collect();
+    let places: Vec<[DVec3; 2]> = drawn.filter(|[at, facing]| Receiver::new(*at, *facing, 1.0).is_ok()).collect();
     let ready = ReadyEmitter::<F>::new(problem.emitter.clone());
     let mut findings = Vec::new();
-    let mut reversed = of.clone();
+    let mut reversed = places.clone();
     // Reflectances go by the place: of 13 the order of three is another one backwards, so that the first is left where it is.
     reversed[1..].reverse();
-    let alone = of.iter().enumerate().map(|(k, [at, facing])| {
+    let alone = places.iter().enumerate().map(|(k, [at, facing])| {
         let receiver = Receiver::new(*at, *facing, REFLECTANCES[k % 3])?;
         Ok([&[][..], &problem.occluders[..]].map(|occluders| evaluate_to(&receiver, &problem.emitter, occluders, 1e-12)))
     });
     let alone = alone.collect::<Result<Vec<_>, Error>>()?;
     for way in 0..WAYS {
         let asking = |engine, problem: (&Problem, &ReadyEmitter<F>), of: &[[DVec3; 2]]| asked(engine, problem, of, cast, way);
-        let Ok(first) = asking(Engine::new(), (&problem, &ready), &of) else { continue };
+        let Ok(first) = asking(Engine::new(), (&problem, &ready), &places) else { continue };
         let mut tell =
             |k: usize, what: String| findings.push(format!("batch {index} of {name}, way {way}, receiver {k}: {what}"));
         for engine in Engine::all().into_iter().chain([Engine::new().threads()]) {
-            if asking(engine, (&problem, &ready), &of).as_ref() != Ok(&first) {
+            if asking(engine, (&problem, &ready), &places).as_ref() != Ok(&first) {
                 tell(0, format!("{engine} gives other digits"));
             }
         }
         for (k, alone) in alone.iter().enumerate() {
             let (value, slope, [of_value, of_slope]) = entry(&first, cast, k);
             let Ok(truth) = &alone[usize::from(way >= PAST_OCCLUDERS)] else { continue };
-            let off = (value - truth.radiosity).abs();
-            if !of_value.is_nan() && is_worse(off, of_value + truth.radiosity_error) {
+            let difference = (value - truth.radiosity).abs();
+            if !of_value.is_nan() && is_worse(difference, of_value + truth.radiosity_error) {
                 tell(k, format!("{value:e} to {of_value:e}, alone it is {truth:?}"));
             }
-            let off = norm_above(slope - truth.gradient);
-            if !of_slope.is_nan() && is_worse(off, (of_slope + truth.gradient_error) * (1.0 + 1e-12)) {
+            let difference = norm_above(slope - truth.gradient);
+            if !of_slope.is_nan() && is_worse(difference, (of_slope + truth.gradient_error) * (1.0 + 1e-12)) {
                 tell(k, format!("{slope} to {of_slope:e}, alone it is {truth:?}"));
             }
         }
         if let Ok(other) = asking(Engine::new(), (&problem, &ready), &reversed) {
-            for k in (1..of.len()).filter(|k| k % 3 == (of.len() - k) % 3) {
-                let same = [entry(&first, cast, k), entry(&other, cast, of.len() - k)].map(|entry| format!("{entry:?}"));
+            for k in (1..places.len()).filter(|k| k % 3 == (places.len() - k) % 3) {
+                let same = [entry(&first, cast, k), entry(&other, cast, places.len() - k)].map(|entry| format!("{entry:?}"));
                 if same[0] != same[1] {
                     tell(k, format!("{} instead of {} at another place of the batch", same[1], same[0]));
                 }
@@ -168,10 +168,10 @@ fn of_precision<F: Precision>(index: u64, cast: &Cast<F>, name: &str) -> Result<
         for change in CHANGES {
             let Some(Ok(changed)) = change.of(&case).map(|case| case.problem()) else { continue };
             let (length, factor) = (change.length(), change.factor());
-            let moved: Vec<_> = of.iter().map(|[at, facing]| [*at * length, *facing]).collect();
+            let moved: Vec<_> = places.iter().map(|[at, facing]| [*at * length, *facing]).collect();
             let ready = ReadyEmitter::<F>::new(changed.emitter.clone());
             let Ok(other) = asking(Engine::new(), (&changed, &ready), &moved) else { continue };
-            for k in 0..of.len() {
+            for k in 0..places.len() {
                 // Where emission is nowhere negative the Gauss rule has fewer nodes.
                 let method = first.method.get(k);
                 if method != other.method.get(k) || (factor < 0.0 && method != Some(&Method::ClosedForm)) {
@@ -181,7 +181,7 @@ fn of_precision<F: Precision>(index: u64, cast: &Cast<F>, name: &str) -> Result<
                 let units = [1.0 / factor, 1.0 / factor.abs(), length / factor.abs()];
                 let numbers = [(a, b, units[0]), (e, g, units[1]), (f, h, units[2])];
                 let slopes = (0..3).map(|axis| (u[axis], v[axis], length / factor));
-                // Squares of what is smaller leave the range.
+                // Squares of smaller numbers leave the range.
                 let is_off = |&(was, is, unit): &(f64, f64, f64)| {
                     was.abs() > cast.least && is.abs() > cast.least && was.to_bits() != (is * unit).to_bits()
                 };
@@ -212,9 +212,9 @@ mod tests {
     fn batches_are_the_same_in_other_units_and_orders_and_an_entry_of_another_receiver_is_another() {
         assert_eq!(all_wrong(16), Vec::<String>::new());
         let problem = case(54, 0).problem().unwrap();
-        let of = receivers(&mut Sampler::new(54, "batches", 0), &problem, 13);
+        let places = receivers(&mut Sampler::new(54, "batches", 0), &problem, 13);
         let ready = ReadyEmitter::<f64>::new(problem.emitter.clone());
-        let answers = asked(Engine::new(), (&problem, &ready), &of, &DOUBLE, 3).unwrap();
+        let answers = asked(Engine::new(), (&problem, &ready), &places, &DOUBLE, 3).unwrap();
         assert!(
             (0..12).any(|k| format!("{:?}", entry(&answers, &DOUBLE, k)) != format!("{:?}", entry(&answers, &DOUBLE, k + 1)))
         );

@@ -1,6 +1,6 @@
 //! A few lamps of every kind together, by a tree and each on lanes beside others, against each of them alone.
 //!
-//! Trees of one lamp or a few press on what a node is left out for: its whole contribution is then the error.
+//! Trees of one lamp or a few press on the rule by which a node is left out: its whole contribution is then the error.
 
 use glam::DVec3;
 use radgrad_core::batch::{Answers, EmitterTree, Emitters, Engine, Receivers};
@@ -69,8 +69,17 @@ pub(crate) fn recorded(index: u64) -> Result<Vec<f64>, Error> {
     let tree = EmitterTree::new(&lamps);
     let (mut answers, mut said) = (Answers::new(), Vec::new());
     for tolerance in [10.0, 1.0, 1e-1, 1e-3, 1e-6, 1e-10] {
-        let of = Engine::new().total(&receivers, &tree, tolerance, &mut answers)?;
-        let counts = [of.below, of.behind, of.weak, of.together, of.alone, of.far_fields, of.far_nodes, of.looked_at];
+        let tally = Engine::new().total(&receivers, &tree, tolerance, &mut answers)?;
+        let counts = [
+            tally.below,
+            tally.behind,
+            tally.weak,
+            tally.together,
+            tally.alone,
+            tally.far_fields,
+            tally.far_nodes,
+            tally.looked_at,
+        ];
         said.extend(counts.map(|count| count as f64));
         said.extend([answers.radiosity[0], answers.radiosity_error[0]]);
     }

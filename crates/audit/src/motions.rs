@@ -28,21 +28,21 @@ const STEP: f64 = 1.0 / 1024.0;
 /// Largest estimate of the slope's error, over the sizes of the derivatives that make it: beyond it the path is not smooth.
 const SMOOTH: f64 = 1e-8;
 
-/// What a slope may be off by over the estimate of its error.
+/// The largest allowed error of a slope over the estimate of its error.
 const ROOM: f64 = 16.0;
 
-/// Bound on what the rounding of a parameter of 1 on the path changes of the slope by it: differences of six of them, over the steps.
+/// Bound on the change that the rounding of a parameter of 1 on the path makes in the slope by it: differences of six of them, over the steps.
 const ROUNDING: f64 = 6.0 / ((1u64 << 53) as f64 * STEP);
 
-/// What an identity may be off by, over the sizes of its terms, where the tolerance is no more.
+/// The largest allowed error of an identity, over the sizes of its terms, where the tolerance is no more.
 const IDENTITY: f64 = 1e-12;
 
-/// What was compared.
+/// The result of a comparison.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Compared {
     /// Violations.
     pub findings: Vec<String>,
-    /// The difference from the oracle's slope over what bound and estimate allow, where the path is smooth.
+    /// The difference from the oracle's slope over the error that bound and estimate allow, where the path is smooth.
     pub share: Option<f64>,
 }
 
@@ -50,18 +50,18 @@ pub struct Compared {
 #[must_use]
 pub fn compare(problem: &Problem, tolerance: f64, path: u64) -> Compared {
     let Problem { receiver, emitter, occluders, .. } = problem;
-    let found = match derivatives(receiver, emitter, occluders, tolerance) {
-        Ok(found) => found,
+    let answer = match derivatives(receiver, emitter, occluders, tolerance) {
+        Ok(answer) => answer,
         // The same is refused as of the gradient.
         Err(Error::OnSurface { .. } | Error::Overflow { .. } | Error::Underflow { .. } | Error::Scales { .. }) => {
             return Compared::default();
         }
         Err(error) => return Compared { findings: vec![format!("derivatives: {error}")], share: None },
     };
-    let mut findings = identities(problem, &found, tolerance);
+    let mut findings = identities(problem, &answer, tolerance);
     let rates = Rates::random(problem, path);
     let share = rates.slope(problem).and_then(|slope| {
-        let Terms { value: expected, error: bound, size, rounding } = rates.sum(problem, &found);
+        let Terms { value: expected, error: bound, size, rounding } = rates.sum(problem, &answer);
         if !(slope.error <= SMOOTH * size && bound.is_finite()) {
             return None;
         }
@@ -83,9 +83,9 @@ pub fn compare(problem: &Problem, tolerance: f64, path: u64) -> Compared {
 /// Many cases, by family.
 #[derive(Debug, Clone, Default)]
 pub struct Campaign {
-    /// Cases, those of them that were held against a slope, and the largest share of what bounds and estimates allow.
+    /// Cases, those of them that were held against a slope, and the largest share of the error that bounds and estimates allow.
     pub rows: BTreeMap<Family, Row>,
-    /// What is wrong, with its case.
+    /// Violations, each with its case.
     pub wrong: Vec<(Name, String)>,
 }
 
@@ -96,7 +96,7 @@ pub struct Row {
     pub cases: u64,
     /// Those held against a slope of the oracle.
     pub compared: u64,
-    /// The largest difference from one over what bound and estimate allow.
+    /// The largest difference from one over the error that bound and estimate allow.
     pub worst: f64,
 }
 
@@ -168,8 +168,8 @@ impl Rates {
                 affine_values(emitter.polygon(), largest, random)
             }
             Emission::Linear(Linear::Gradient { value, gradient }) => {
-                let all = std::iter::once(*value).chain(gradient.to_array());
-                all.map(|c| c * random.between(-1.0, 1.0)).collect()
+                let coefficients = std::iter::once(*value).chain(gradient.to_array());
+                coefficients.map(|c| c * random.between(-1.0, 1.0)).collect()
             }
             Emission::Polynomial(polynomial) => {
                 polynomial.terms().iter().map(|term| term.coefficient * random.between(-1.0, 1.0)).collect()
@@ -238,7 +238,7 @@ impl Rates {
     }
 }
 
-/// A sum, the bound on its error, the sizes of its terms, and what the rounding of a path's parameters changes.
+/// A sum, the bound on its error, the sizes of its terms, and the change by the rounding of a path's parameters.
 #[derive(Default)]
 struct Terms {
     value: f64,
@@ -293,8 +293,8 @@ fn least_length(polygon: &Polygon, x: DVec3) -> f64 {
 
 /// The length of a vector whose square may leave the range of doubles.
 fn length(v: DVec3) -> f64 {
-    let most = v.abs().max_element();
-    if most > 0.0 && most.is_finite() { (v / most).length() * most } else { most }
+    let scale = v.abs().max_element();
+    if scale > 0.0 && scale.is_finite() { (v / scale).length() * scale } else { scale }
 }
 
 /// The parameters of an emission.
@@ -336,10 +336,15 @@ fn identities(problem: &Problem, found: &Derivatives, tolerance: f64) -> Vec<Str
     };
     let radiosity = found.radiosity;
     if let Ok(answer) = evaluate_to(receiver, emitter, occluders, tolerance) {
-        let off = (answer.radiosity - radiosity.value).abs();
-        hold("the radiosity beside derivatives", off, answer.radiosity_error + radiosity.error, answer.radiosity.abs());
-        let off = length(answer.gradient - found.gradient.value);
-        hold("the gradient beside derivatives", off, answer.gradient_error + found.gradient.error, length(answer.gradient));
+        let difference = (answer.radiosity - radiosity.value).abs();
+        hold("the radiosity beside derivatives", difference, answer.radiosity_error + radiosity.error, answer.radiosity.abs());
+        let difference = length(answer.gradient - found.gradient.value);
+        hold(
+            "the gradient beside derivatives",
+            difference,
+            answer.gradient_error + found.gradient.error,
+            length(answer.gradient),
+        );
     }
     let by_reflectance = found.reflectance.value * receiver.reflectance();
     let bound = found.reflectance.error * receiver.reflectance() + radiosity.error;

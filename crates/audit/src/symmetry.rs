@@ -55,7 +55,7 @@ const ORDER: f64 = 1e-9;
 /// The same in single precision.
 const SINGLE_ORDER: f64 = 1e-5;
 
-/// The same of bounds on what rounding moves.
+/// The same of bounds on the effect of rounding.
 const ROUGH: f64 = 0.5;
 
 impl Change {
@@ -79,7 +79,7 @@ impl Change {
         if let Self::Lengths(power) = self { libm::ldexp(1.0, power) } else { 1.0 }
     }
 
-    /// What the emission is multiplied by.
+    /// The factor of the emission.
     pub(crate) const fn factor(self) -> f64 {
         if let Self::Emission(factor) = self { factor } else { 1.0 }
     }
@@ -161,7 +161,7 @@ fn column(v: DVec3) -> DMat3 {
 /// All that is said of a case to small effort.
 fn said(problem: &Problem) -> Vec<Said> {
     let Problem { receiver, emitter, occluders, .. } = problem;
-    let mut all = Vec::new();
+    let mut statements = Vec::new();
     let asks = [
         (Query::Answer(1.0), "answer's value", "answer's gradient"),
         (Query::Value(1.0), "plain value", ""),
@@ -176,21 +176,28 @@ fn said(problem: &Problem) -> Vec<Said> {
         let Ok(Some((by, answer))) = ask.answer(&problem) else { continue };
         let method = None;
         let scalar = column(DVec3::X * answer.radiosity);
-        all.push(Said { what: value, by, method, value: scalar, bound: answer.radiosity_error, power: 0 });
+        statements.push(Said { what: value, by, method, value: scalar, bound: answer.radiosity_error, power: 0 });
         if !gradient.is_empty() {
             let vector = column(answer.gradient);
-            all.push(Said { what: gradient, by, method, value: vector, bound: answer.gradient_error, power: -1 });
+            statements.push(Said { what: gradient, by, method, value: vector, bound: answer.gradient_error, power: -1 });
         }
     }
     if let Ok(answer) = hessian_to(receiver, emitter, occluders, 1.0) {
         let (by, method) = (None, Some(answer.method));
-        all.push(Said { what: "second derivatives", by, method, value: answer.matrix, bound: answer.error, power: -2 });
+        statements.push(Said { what: "second derivatives", by, method, value: answer.matrix, bound: answer.error, power: -2 });
     }
     if let Ok(answer) = irradiance_vector_to(receiver, emitter, occluders, 1.0) {
         let (by, method) = (None, Some(answer.method));
-        all.push(Said { what: "irradiance vector", by, method, value: column(answer.vector), bound: answer.error, power: 0 });
+        statements.push(Said {
+            what: "irradiance vector",
+            by,
+            method,
+            value: column(answer.vector),
+            bound: answer.error,
+            power: 0,
+        });
     }
-    all
+    statements
 }
 
 /// Of families whose coordinates lie well within the range, so that another unit is no other case.
@@ -266,12 +273,13 @@ pub fn wrong(case: &Case) -> (usize, Vec<String>) {
             }
             count += 1;
             let (value, bound) = change.undone(other);
-            let off = (value - one.value).to_cols_array().iter().fold(0.0, |most, c| worse(most, c.abs()));
+            let difference = (value - one.value).to_cols_array().iter().fold(0.0, |most, c| worse(most, c.abs()));
             let share = change.room(one, is_whole);
             let room = if share == Some(0.0) { 0.0 } else { one.bound + bound };
-            if is_worse(off, room) || share.is_some_and(|share| is_worse((bound - one.bound).abs(), share * one.bound)) {
+            if is_worse(difference, room) || share.is_some_and(|share| is_worse((bound - one.bound).abs(), share * one.bound)) {
                 let what = one.what;
-                findings.push(format!("{change:?}, {what}: off by {off:e}, the bound is {bound:e}, it was {:e}", one.bound));
+                findings
+                    .push(format!("{change:?}, {what}: off by {difference:e}, the bound is {bound:e}, it was {:e}", one.bound));
             }
         }
     }

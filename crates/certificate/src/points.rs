@@ -102,9 +102,9 @@ pub fn certify_points_until(
         model.go_on()?;
         Ok(light.certify(index, place, (request, delta)))
     };
-    let found = places.iter().enumerate().map(one).collect::<Result<_, Error>>()?;
+    let certificates = places.iter().enumerate().map(one).collect::<Result<_, Error>>()?;
     model.go_on()?;
-    Ok(found)
+    Ok(certificates)
 }
 
 /// How light is found where walks arrive.

@@ -1,4 +1,4 @@
-//! Files that were changed at random: each is read or refused, none is lost, and what is read is no more than the bytes say.
+//! Files that were changed at random: each is read or refused, none is lost, and no more is read than the bytes say.
 //!
 //! `RADGRAD_MUTANTS` is how many changes of each kind of file are tried.
 
@@ -13,7 +13,7 @@ use crate::factors::kept::Kept;
 use crate::points::Points;
 use crate::resume;
 
-/// What is put in: numbers out of range, ends of texts and words of the formats.
+/// The words that are put in: numbers out of range, ends of texts and words of the formats.
 const TOKENS: [&str; 16] = [
     "nan",
     "-1",
@@ -161,7 +161,7 @@ fn rows_of_factors_resume_are_taken_up_or_refused() {
     let open = |file: &Path| Kept::open(file, "scene", "settings".to_owned());
     let file = lone.0.join("changed");
     let (kept, _) = open(&file).unwrap();
-    let all = factors.rows_from(0..rows, &settings, Vec::new(), |row| kept.keep(row)).unwrap();
+    let matrix = factors.rows_from(0..rows, &settings, Vec::new(), |row| kept.keep(row)).unwrap();
     kept.close().unwrap();
     let seed = fs::read(&file).unwrap();
     lone.under_fire(&seed, |file, text| {
@@ -172,8 +172,8 @@ fn rows_of_factors_resume_are_taken_up_or_refused() {
         // The end of a line that a kill left is taken off, and a head that was not whole is written.
         let whole = text.iter().rposition(|byte| *byte == b'\n').map_or(0, |end| end + 1);
         assert!(after == text[..whole] || whole == 0 && seed.starts_with(&after), "only what has no end is taken off");
-        let found = factors.rows_from(0..rows, &settings, computed, |_| ());
-        assert!(found.is_err() || found.is_ok_and(|found| found.entries().count() <= all.entries().count()));
+        let answer = factors.rows_from(0..rows, &settings, computed, |_| ());
+        assert!(answer.is_err() || answer.is_ok_and(|answer| answer.entries().count() <= matrix.entries().count()));
         true
     });
 }

@@ -2,16 +2,16 @@
 //! emission, the receiver's normal and its reflectance.
 //!
 //! With E the irradiance vector, `B = (rho/pi) n1.E`: the derivative by n1 is `(rho/pi) E`, that by rho is `B/rho`, that by a parameter
-//! of the emission is the radiosity of what the parameter multiplies. A vertex moves the lines of its edges, whose flux is that of a
-//! ribbon ([`crate::forms::hats`]), and the plane of an emission that varies ([`crate::forms::polynomial::parameters`]); the sums are in
+//! of the emission is the radiosity of the function that the parameter multiplies. A vertex moves the lines of its edges, whose flux is that of
+//! a ribbon ([`crate::forms::hats`]), and the plane of an emission that varies ([`crate::forms::polynomial::parameters`]); the sums are in
 //! [`sums`]. A shift of all vertices and of the emission is one of the receiver the other way: with the gradient g, a turn w around p
 //! changes B by `-(w x (x - p)).g - (w x n1).(dB/dn1)`, and a scale around p by `-(x - p).g` for each unit of its logarithm.
 //!
 //! # Where they are
 //! B has derivatives by vertices in front of the emitter except where an edge is seen along another edge that is not on its line in
-//! space: the bounds there are no smaller than what the two sides differ by, and infinite where that is not known. Edges of several
+//! space: the bounds there are no smaller than the difference of the two sides, and infinite where that is not known. Edges of several
 //! polygons that are exactly on one line, as in a mesh of occluders or where an occluder stands on the emitter's edge, are taken to stay so:
-//! what they bound counts for one of them, and the derivatives are those by motions that move them together.
+//! the part that they bound counts for one of them, and the derivatives are those by motions that move them together.
 //!
 //! Bounds are running ([`radgrad_numbers::ball`]) but for the first attempt at a constant emission, where they are derived
 //! ([`crate::forms::edge_lanes::shares`]); the ladder is f64, double-double, then as many bits as it takes.
@@ -173,15 +173,15 @@ impl Find for All {
             kind: EMISSION,
             unit: CallerUnits::of_length(i32::from(parameter.is_slope), "derivative by the emission", plan),
         });
-        let mut all = vec![
+        let mut quantities = vec![
             Quantity { components: number(irradiance * factor), kind: VALUE, unit: value },
             Quantity { components: sums.gradient * factor, kind: GRADIENT, unit: gradient },
             Quantity { components: sums.irradiance * factor, kind: NORMAL, unit: normal },
             Quantity { components: number(irradiance / T::pi()), kind: VALUE, unit: value },
         ];
-        all.extend(vertices.map(|derivative| Quantity { components: derivative * factor, kind: VERTEX, unit: vertex }));
-        all.extend(parameters);
-        Some(all)
+        quantities.extend(vertices.map(|derivative| Quantity { components: derivative * factor, kind: VERTEX, unit: vertex }));
+        quantities.extend(parameters);
+        Some(quantities)
     }
 }
 
@@ -211,9 +211,9 @@ impl Derivative<DVec3> {
 
 impl Derivatives {
     fn new(case: &Case<'_>, known: Vec<Known>, method: Method) -> Self {
-        let mut known = known.into_iter();
+        let mut quantities = known.into_iter();
         let mut result = Self::zero(case.receiver, case.emitter, case.occluders);
-        let mut next = || known.next().unwrap_or(Known { components: [0.0; 3], error: 0.0 });
+        let mut next = || quantities.next().unwrap_or(Known { components: [0.0; 3], error: 0.0 });
         result.method = method;
         result.radiosity = Derivative::number(next());
         result.gradient = Derivative::vector(next());
@@ -243,7 +243,7 @@ impl Derivatives {
             && meets(of_vector, shared.irradiance.norm())
             && meets(shared.gradient_error, shared.gradient.norm())
             && vertex_errors[..count].iter().all(|error| meets(*error, sizes));
-        // A reflectance of 0, an emission of 0 and what leaves the range of doubles are left to the ladder.
+        // A reflectance of 0, an emission of 0 and numbers that leave the range of doubles are left to the ladder.
         if !is_met || emission == 0.0 || receiver.reflectance() == 0.0 {
             return Ok(None);
         }

@@ -207,19 +207,19 @@ pub enum Error {
         "the {quantity} is lost: lengths of the scene are too far apart for its formula; leave out occluders that are far smaller or larger than the emitter's distance"
     )]
     Scales {
-        /// What was computed, such as `radiosity` or `gradient`.
+        /// The quantity that was computed, such as `radiosity` or `gradient`.
         quantity: &'static str,
     },
     /// The result is too large for a double.
     #[error("the {quantity} overflows: its magnitude is above {:e}", f64::MAX)]
     Overflow {
-        /// What was computed, such as `radiosity` or `gradient`.
+        /// The quantity that was computed, such as `radiosity` or `gradient`.
         quantity: &'static str,
     },
     /// The result is not 0 but too small for a double of full precision.
     #[error("the {quantity} underflows: its magnitude is not 0 but below {:e}", f64::MIN_POSITIVE)]
     Underflow {
-        /// What was computed, such as `radiosity` or `gradient`.
+        /// The quantity that was computed, such as `radiosity` or `gradient`.
         quantity: &'static str,
     },
 }

@@ -1,7 +1,7 @@
 //! How the enclosed radiosity changes along a path: of the vertices of emitter and occluders, of the emission, of the receiver.
 //!
 //! Central differences of enclosures of many digits, whose steps are so long that the rounding of coordinates is lost in them: of
-//! orders 2, 4 and 6 by steps of 1/2, 1 and 2 (L. F. Richardson 1911). What the difference of the two best is off by is an estimate of
+//! orders 2, 4 and 6 by steps of 1/2, 1 and 2 (L. F. Richardson 1911). The distance between the two best is an estimate of
 //! the error, and tells a path that is not smooth.
 
 use radgrad_core::{Emitter, Polygon, Receiver};
@@ -13,7 +13,7 @@ use crate::{Error, enclose_occluded};
 ///
 /// ```
 /// # use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver};
-/// // A lamp that rises: between it and what it lights the light goes as one over the square of the distance, nearly.
+/// // A lamp that rises: between it and the point that it lights the light goes as one over the square of the distance, nearly.
 /// let path = |step: f64| {
 ///     let corners = [DVec3::ZERO, DVec3::Y, DVec3::X].map(|corner| corner * 0.01 + DVec3::Z * (1.0 + step));
 ///     let lamp = Emitter::new(Polygon::new(corners.to_vec())?, Emission::Constant(1e4))?;

@@ -58,23 +58,23 @@ pub(crate) fn derivatives<'py>(
         radgrad_core::derivatives(&points.receiver(index)?, emitter, &occluders, tolerance)
     };
     let count = points.positions.len();
-    let found = detached(py, count <= SHORT_ONE_BY_ONE, |stop| {
+    let answers = detached(py, count <= SHORT_ONE_BY_ONE, |stop| {
         let at = |index| match stop.is_set() {
             true => Err(Ended::Stopped),
             false => one(index).map_err(|error| Ended::Refused(format!("{}{error}", shape.place(index)))),
         };
         (0..count).into_par_iter().map(at).collect::<Result<Vec<_>, _>>()
     })?;
-    let screens: Vec<_> = (0..occluders.len()).map(|index| columns(py, &found, |one| &one.occluders[index])).collect();
+    let screens: Vec<_> = (0..occluders.len()).map(|index| columns(py, &answers, |one| &one.occluders[index])).collect();
     (
-        numbers(py, &found, |one| std::slice::from_ref(&one.radiosity)),
-        columns(py, &found, |one| std::slice::from_ref(&one.gradient)),
-        columns(py, &found, |one| &one.vertices),
+        numbers(py, &answers, |one| std::slice::from_ref(&one.radiosity)),
+        columns(py, &answers, |one| std::slice::from_ref(&one.gradient)),
+        columns(py, &answers, |one| &one.vertices),
         PyList::new(py, screens)?,
-        numbers(py, &found, |one| &one.emission),
-        columns(py, &found, |one| std::slice::from_ref(&one.normal)),
-        numbers(py, &found, |one| std::slice::from_ref(&one.reflectance)),
-        PyArray1::from_iter(py, found.iter().map(|one| code(one.method))),
+        numbers(py, &answers, |one| &one.emission),
+        columns(py, &answers, |one| std::slice::from_ref(&one.normal)),
+        numbers(py, &answers, |one| std::slice::from_ref(&one.reflectance)),
+        PyArray1::from_iter(py, answers.iter().map(|one| code(one.method))),
     )
         .into_pyobject(py)
 }

@@ -9,7 +9,7 @@ use crate::arrays::slice;
 use crate::pool::computed;
 use crate::refused;
 
-/// Factors with offsets of rows and columns, the areas where these are known, and emittances: what both functions are given first.
+/// Factors with offsets of rows and columns, the areas where these are known, and emittances: the first argument of both functions.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct Bodies<'py> {
@@ -83,6 +83,6 @@ pub(crate) fn heat_jacobian<'py>(
 ) -> PyResult<Bound<'py, PyArray1<f64>>> {
     let (rows, areas) = bodies.rows()?;
     let (kelvins, emittances) = (slice(&temperatures)?, slice(&bodies.emittances)?);
-    let found = computed(py, || radgrad_scene::heat_jacobian(&rows, &areas, emittances, kelvins, surroundings))?;
-    Ok(PyArray1::from_vec(py, found.map_err(|error| bodies.refused(&error))?))
+    let jacobian = computed(py, || radgrad_scene::heat_jacobian(&rows, &areas, emittances, kelvins, surroundings))?;
+    Ok(PyArray1::from_vec(py, jacobian.map_err(|error| bodies.refused(&error))?))
 }

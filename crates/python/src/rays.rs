@@ -29,12 +29,12 @@ pub(crate) struct Settings {
 
 impl Settings {
     fn all(self) -> RaySettings {
-        let rest = RaySettings::default();
+        let usual = RaySettings::default();
         RaySettings {
-            tolerance: self.tolerance.unwrap_or(rest.tolerance),
-            confidence: self.confidence.unwrap_or(rest.confidence),
+            tolerance: self.tolerance.unwrap_or(usual.tolerance),
+            confidence: self.confidence.unwrap_or(usual.confidence),
             rays: self.rays,
-            seed: self.seed.unwrap_or(rest.seed),
+            seed: self.seed.unwrap_or(usual.seed),
         }
     }
 }
@@ -79,8 +79,8 @@ impl RayCore {
             };
             let blocks = (0..rows).step_by(length).map(count).collect::<Result<Vec<Vec<Counted>>, Ended>>()?;
             let counted = blocks.into_iter().flatten().collect();
-            let found = factors.by_rays(counted, &settings)?;
-            Ok(FactorOperator::new(if let Some(least) = drop_below { found.without_below(least) } else { found }))
+            let by_rays = factors.by_rays(counted, &settings)?;
+            Ok(FactorOperator::new(if let Some(least) = drop_below { by_rays.without_below(least) } else { by_rays }))
         };
         detached(py, false, work).map(|operator| Self(Arc::new(operator)))
     }
@@ -107,14 +107,14 @@ impl RayCore {
 
     /// Of the factors in that order the ends of their intervals, and whether they are of no ray.
     fn intervals<'py>(&self, py: Python<'py>) -> PyResult<Tuple<'py>> {
-        let all: Vec<RayEntry> = computed(py, || {
-            let mut all = Vec::with_capacity(self.factors().stored());
-            self.each_row(|row| all.extend(row.entries));
-            all
+        let entries: Vec<RayEntry> = computed(py, || {
+            let mut entries = Vec::with_capacity(self.factors().stored());
+            self.each_row(|row| entries.extend(row.entries));
+            entries
         })?;
         let [lower, upper] = [|entry: &RayEntry| entry.lower, |entry: &RayEntry| entry.upper]
-            .map(|of| PyArray1::from_iter(py, all.iter().map(of)));
-        (lower, upper, PyArray1::from_iter(py, all.iter().map(|entry| entry.is_exact))).into_pyobject(py)
+            .map(|of| PyArray1::from_iter(py, entries.iter().map(of)));
+        (lower, upper, PyArray1::from_iter(py, entries.iter().map(|entry| entry.is_exact))).into_pyobject(py)
     }
 
     /// Of each face the share of its view that no face has.

@@ -35,11 +35,11 @@ pub(crate) struct SolutionCore {
     certificate: Mutex<Option<Certificate>>,
 }
 
-/// Half-width, probability of failure, seed and rays of a certificate; `None` takes what the program does.
+/// Half-width, probability of failure, seed and rays of a certificate; `None` takes the default of the program.
 #[derive(Debug, FromPyObject)]
 struct Wished(Option<f64>, Option<f64>, Option<u64>, Option<u64>);
 
-/// A certificate as it is kept: ends of the mean and of what is reflected, the surfaces, probability, seed, walks and rays.
+/// A certificate as it is kept: ends of the mean and of the reflected light, the surfaces, probability, seed, walks and rays.
 #[derive(Debug, FromPyObject, IntoPyObject)]
 struct Certified(Vec<[f64; 2]>, Vec<[f64; 2]>, Vec<Vec<f64>>, f64, u64, usize, u64);
 
@@ -105,7 +105,7 @@ enum Seen {
 #[pymethods]
 impl SolutionCore {
     /// Solves a scene. `watch` is called after each round with its number, elements, links and estimate. The first Ctrl-C lets the
-    /// round end and gives what was reached; the second one is raised.
+    /// round end and gives the answer that was reached; the second one is raised.
     #[new]
     fn new(py: Python<'_>, scene: PyRef<'_, SceneCore>, request: Request, watch: Option<Py<PyAny>>) -> PyResult<Self> {
         let (options, scene, start) = (request.options()?, Arc::clone(&scene.scene), Instant::now());
@@ -191,26 +191,26 @@ impl SolutionCore {
     fn gather<'py>(&self, py: Python<'py>, asked: Asked<'py>) -> PyResult<Bound<'py, PyTuple>> {
         let solution = &*self.solution;
         let of = |point: DVec3, normal: DVec3, is_on_face: bool| {
-            let found = if is_on_face {
-                let found = solution.gather(point, normal)?;
+            let answer = if is_on_face {
+                let gather = solution.gather(point, normal)?;
                 Found {
-                    face: i64::try_from(found.face).unwrap_or(i64::MAX),
-                    radiosity: [found.radiosity, totals(&found.estimate)],
-                    irradiance: of_irradiance(found.irradiance),
+                    face: i64::try_from(gather.face).unwrap_or(i64::MAX),
+                    radiosity: [gather.radiosity, totals(&gather.estimate)],
+                    irradiance: of_irradiance(gather.irradiance),
                 }
             } else {
                 let irradiance = of_irradiance(solution.irradiance_at(point, normal)?);
                 Found { face: -1, radiosity: irradiance.clone(), irradiance }
             };
-            let out_of_range = found.radiosity[0].iter().chain(&found.irradiance[0]).find(|value| !value.is_finite()).copied();
-            Ok((found, out_of_range.map(|value| format!("the radiosity is {value}"))))
+            let out_of_range = answer.radiosity[0].iter().chain(&answer.irradiance[0]).find(|value| !value.is_finite()).copied();
+            Ok((answer, out_of_range.map(|value| format!("the radiosity is {value}"))))
         };
-        let found = self.at_each(py, asked, of)?;
+        let answers = self.at_each(py, asked, of)?;
         let [radiosity, estimate] =
-            [0, 1].map(|k| PyArray1::from_iter(py, found.iter().flat_map(|of| of.radiosity[k].iter().copied())));
+            [0, 1].map(|k| PyArray1::from_iter(py, answers.iter().flat_map(|of| of.radiosity[k].iter().copied())));
         let [irradiance, irradiance_estimate] =
-            [0, 1].map(|k| PyArray1::from_iter(py, found.iter().flat_map(|of| of.irradiance[k].iter().copied())));
-        let face = PyArray1::from_iter(py, found.iter().map(|of| of.face));
+            [0, 1].map(|k| PyArray1::from_iter(py, answers.iter().flat_map(|of| of.irradiance[k].iter().copied())));
+        let face = PyArray1::from_iter(py, answers.iter().map(|of| of.face));
         (radiosity, estimate, irradiance, irradiance_estimate, face).into_pyobject(py)
     }
 
@@ -230,10 +230,10 @@ impl SolutionCore {
                 WeightedSum { surfaces: Vec::new(), points: pairs.map(point).collect() }
             }
         };
-        let found = detached(py, false, |_| Ok(self.solution.derivative(&self.scene, &sum)?))?;
+        let derivative = detached(py, false, |_| Ok(self.solution.derivative(&self.scene, &sum)?))?;
         let by_face = |of: Vec<Vec<f64>>| PyArray1::from_iter(py, of.into_iter().flatten());
-        let [value, estimate] = [found.value, found.relative_estimate].map(|of| PyArray1::from_vec(py, of));
-        (value, estimate, by_face(found.emission), by_face(found.reflectance)).into_pyobject(py)
+        let [value, estimate] = [derivative.value, derivative.relative_estimate].map(|of| PyArray1::from_vec(py, of));
+        (value, estimate, by_face(derivative.emission), by_face(derivative.reflectance)).into_pyobject(py)
     }
 
     /// At points, row by row: gradients of the radiosity and estimates of their errors' lengths, and the same of the irradiance; in free
@@ -241,19 +241,19 @@ impl SolutionCore {
     fn gradient<'py>(&self, py: Python<'py>, asked: Asked<'py>) -> PyResult<Bound<'py, PyTuple>> {
         let solution = &*self.solution;
         let of = |point: DVec3, normal: DVec3, is_on_face: bool| {
-            let found = if is_on_face {
+            let gradients = if is_on_face {
                 let SurfaceGradient { radiosity, irradiance } = solution.gradient(point, normal)?;
                 [radiosity, irradiance]
             } else {
                 let irradiance = solution.irradiance_gradient_at(point, normal)?;
                 [irradiance.clone(), irradiance]
             };
-            let out_of_range = found.iter().flat_map(|of| &of.gradient).find(|slope| !slope.is_finite()).copied();
-            Ok((found, out_of_range.map(|slope| format!("the gradient is {slope}"))))
+            let out_of_range = gradients.iter().flat_map(|of| &of.gradient).find(|slope| !slope.is_finite()).copied();
+            Ok((gradients, out_of_range.map(|slope| format!("the gradient is {slope}"))))
         };
-        let found = self.at_each(py, asked, of)?;
-        let slopes = |k: usize| found.iter().flat_map(move |of| of[k].gradient.iter().flat_map(DVec3::to_array));
-        let estimates = |k: usize| found.iter().flat_map(move |of| of[k].estimate.iter().copied());
+        let answers = self.at_each(py, asked, of)?;
+        let slopes = |k: usize| answers.iter().flat_map(move |of| of[k].gradient.iter().flat_map(DVec3::to_array));
+        let estimates = |k: usize| answers.iter().flat_map(move |of| of[k].estimate.iter().copied());
         let [radiosity, irradiance] = [0, 1].map(|k| PyArray1::from_iter(py, slopes(k)));
         let [radiosity_estimate, irradiance_estimate] = [0, 1].map(|k| PyArray1::from_iter(py, estimates(k)));
         (radiosity, radiosity_estimate, irradiance, irradiance_estimate).into_pyobject(py)
@@ -281,8 +281,8 @@ impl SolutionCore {
         let certified = detached(py, false, |stop| {
             let refused =
                 |index: usize, error: radgrad_certificate::Error| Ended::Refused(format!("{}{error}", shape.place(index)));
-            let found = certify_points_until(&self.scene, &places, &request, stop.flag())?;
-            let each = found.into_iter().enumerate().map(|(index, of)| of.map_err(|error| refused(index, error)));
+            let certificates = certify_points_until(&self.scene, &places, &request, stop.flag())?;
+            let each = certificates.into_iter().enumerate().map(|(index, of)| of.map_err(|error| refused(index, error)));
             each.collect::<Result<Vec<_>, _>>()
         })?;
         let radiosity = certified.iter().flat_map(|of| of.radiosity.as_ref().unwrap_or(&of.irradiance).iter().flat_map(ends));
@@ -305,8 +305,8 @@ impl SolutionCore {
             .map_err(pyo3::exceptions::PyOSError::new_err)
     }
 
-    /// What a camera sees, with the options of `radgrad solve --view` after it: radiosity and estimate of each pixel, row by row. Written to
-    /// the file that the options name.
+    /// The picture that a camera sees, with the options of `radgrad solve --view` after it: radiosity and estimate of each pixel, row by
+    /// row. Written to the file that the options name.
     fn picture<'py>(&self, py: Python<'py>, options: Vec<String>) -> PyResult<Bound<'py, PyTuple>> {
         let solution = &*self.solution;
         let work = |stop: &Stop| radgrad_cli::file::picture(solution, &options, stop.flag()).map_err(Ended::Refused);
@@ -324,13 +324,13 @@ impl SolutionCore {
 
 impl SolutionCore {
     fn request(&self, wished: &Wished) -> Certifying {
-        let rest = radgrad_cli::file::certifying(&self.solution, self.error, wished.0);
+        let defaults = radgrad_cli::file::certifying(&self.solution, self.error, wished.0);
         let Wished(_, delta, seed, rays) = *wished;
         Certifying {
-            delta: delta.unwrap_or(rest.delta),
-            seed: seed.unwrap_or(rest.seed),
-            rays: rays.unwrap_or(rest.rays),
-            ..rest
+            delta: delta.unwrap_or(defaults.delta),
+            seed: seed.unwrap_or(defaults.seed),
+            rays: rays.unwrap_or(defaults.rays),
+            ..defaults
         }
     }
 

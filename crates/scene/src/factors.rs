@@ -1,4 +1,4 @@
-//! Form factors: the fraction `F_ij` of what face i sees, weighted by the cosine, that is face j.
+//! Form factors: the fraction `F_ij` of the view of face i, weighted by the cosine, that is face j.
 //!
 //! - [`FormFactors::at_point`]: from a point, in closed form, with a proven bound.
 //! - [`FormFactors::between`]: from a face to another.
@@ -10,9 +10,9 @@
 //!
 //! | pair | rule | why |
 //! |---|---|---|
-//! | in free sight, apart by more than half the size of a face | product Gauss rule on both areas ([`exchange`]) | a few nodes are within what is asked, by a bound known before |
+//! | in free sight, apart by more than half the size of a face | product Gauss rule on both areas ([`exchange`]) | a few nodes are within the error asked for, by a bound known before |
 //! | in free sight, nearer | sum over pairs of edges, closed or by a rule | the kernel is singular where faces touch, logarithms are not |
-//! | past others, all of it within the tolerance and ten times what its value may be off | four points of the smaller face | nothing to all is a bracket |
+//! | past others, all of it within the tolerance and ten times the error that its value may have | four points of the smaller face | nothing to all is a bracket |
 //! | past others, all of it within the tolerance | integral over points ([`cubature`]), in double precision ([`glance`]) | the same, and more is asked of the value |
 //! | past others, else | pairs of cells that see each other wholly, not at all or in part ([`bracket`]), and that integral | the bracket narrows to the tolerance |
 //!
@@ -140,13 +140,13 @@ pub struct FormFactors<'a> {
     scaled: Vec<Polygon>,
     /// The convex parts of each, for the rule in free sight.
     parts: Vec<SmallVec<[Part; 1]>>,
-    /// What hides, face by face, in that unit.
+    /// The parts that hide, face by face, in that unit.
     screens: Vec<Vec<Screen>>,
     /// Which of them share edges.
     neighbours: Neighbours,
     /// Spheres around the faces, in that unit.
     spheres: Vec<Sphere>,
-    /// The areas by which the rounding of coordinates may change what the faces exchange or hide.
+    /// The areas by which the rounding of coordinates may change the exchange or the shadow of the faces.
     bands: Vec<f64>,
     /// Set where the work is to end.
     stop: Option<&'a AtomicBool>,
@@ -160,7 +160,7 @@ struct Sphere {
 }
 
 impl<'a> FormFactors<'a> {
-    /// Builds the index of what may hide what.
+    /// Builds the index of the faces that may hide others.
     ///
     /// # Errors
     /// If the scene is refused as in [`Prepared::new`], or a face is too small beside it to be a polygon in its unit.
@@ -178,7 +178,7 @@ impl<'a> FormFactors<'a> {
         let (parts, hiders) = (scaled.iter().map(parts_of).collect(), index.hiders());
         let neighbours = Neighbours::new(&screens);
         let spheres = scaled.iter().map(Sphere::around).collect();
-        // A vertex is off by up to the rounding in each coordinate, and by what it was moved.
+        // A vertex is off by up to the rounding in each coordinate, and by the distance that it was moved.
         let reach = |face: &Face| (face.moved() + 3.0_f64.sqrt() * ready.modelling().precision) * power;
         let bands =
             ready.faces().iter().zip(&scaled).map(|(face, polygon)| reach(face) * perimeter(polygon.vertices())).collect();
@@ -210,7 +210,7 @@ impl<'a> FormFactors<'a> {
         self.stop.is_some_and(|stop| stop.load(Ordering::Relaxed))
     }
 
-    /// Refuses to go on where the work is to end: what was found since may be a part.
+    /// Refuses to go on where the work is to end: the answers found since may be partial.
     fn go_on(&self) -> Result<(), Error> {
         if self.is_stopped() { Err(Error::Stopped) } else { Ok(()) }
     }
@@ -242,7 +242,7 @@ impl<'a> FormFactors<'a> {
     /// Factor from a point to a face, times the receiver's reflectance. `on` is the face that the receiver is a point of, if any:
     /// neither it nor a face level with it up to rounding hides anything, and one that is level with it and faces the other way, as the back of
     /// a plate, gives it nothing. Where the emitter is level with that face otherwise, or the receiver with the emitter, coordinates as they are
-    /// decide what hides it.
+    /// decide which faces hide it.
     ///
     /// # Errors
     /// If there is no such face, the tolerance is not finite or negative, or the factor underflows.
@@ -268,7 +268,7 @@ impl<'a> FormFactors<'a> {
         Ok(value)
     }
 
-    /// What may hide a face from a point of another one. Where nothing is seen by the planes of surfaces, as they are level up to rounding, the
+    /// The faces that may hide a face from a point of another one. Where nothing is seen by the planes of surfaces, as they are level up to rounding, the
     /// coordinates as they are decide: the little that they let see is not 0. `None` if by these nothing is seen either.
     fn hiding(&self, receiver: &Receiver, on: usize, to: usize) -> Option<Hiding> {
         let [own, emitter] = [on, to].map(|face| self.polygon(face));
@@ -388,7 +388,7 @@ impl Sphere {
 struct Sighting {
     /// Absolute error that is allowed.
     tolerance: f64,
-    /// What hid all of it from the last point that saw nothing.
+    /// The part that hid all of it from the last point that saw nothing.
     hider: Option<usize>,
 }
 
@@ -401,7 +401,7 @@ fn middle(points: &[DVec3]) -> DVec3 {
 #[derive(Debug, Default)]
 struct Hiding {
     found: Vec<usize>,
-    /// A bound on the form factor of what others hide, which do so by rounding alone.
+    /// A bound on the form factor of the parts that others hide, which do so by rounding alone.
     left_out: f64,
 }
 

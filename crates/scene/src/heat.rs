@@ -2,7 +2,7 @@
 //!
 //! With radiosities `B`, the net flux that surface i loses is `q_i = sum_j F_ij (B_i - B_j)`, and where its temperature is given
 //! `q_i = e_i / (1 - e_i) (sigma T_i^4 - B_i)`. Weighted by areas these equations are symmetric and positive: conjugate gradients solve them.
-//! Since only differences of radiosities occur, what one surface loses others gain, whatever rows lack to a sum of 1.
+//! Since only differences of radiosities occur, the heat that one surface loses others gain, whatever rows lack to a sum of 1.
 
 use std::collections::{BinaryHeap, HashMap};
 
@@ -17,7 +17,7 @@ const DEFECT: f64 = 0.01;
 /// The part of its view by which a surface is open to the surroundings, and not by an error of its factors.
 const OPEN: f64 = 1e-6;
 
-/// Residual of the system over its right side, in the norm of conjugate gradients; and of the heat of any surface over what it exchanges.
+/// Residual of the system over its right side, in the norm of conjugate gradients; and of the heat of any surface over the heat that it exchanges.
 const SETTLED: f64 = 1e-15;
 const UNSETTLED: f64 = 1e-9;
 
@@ -186,7 +186,7 @@ impl HeatError {
 /// surfaces that it sees, with the factor.
 ///
 /// Where factors of a row sum to less than 1 the rest of the view is to black `surroundings` of that temperature in kelvin; without
-/// them the scene must be closed, to 0.01, and what rows lack counts for nothing.
+/// them the scene must be closed, to 0.01, and the share that a row lacks counts for nothing.
 ///
 /// ```
 /// use radgrad_scene::{Boundary, STEFAN_BOLTZMANN, heat_balance};
@@ -232,7 +232,7 @@ fn power_of(kelvin: f64) -> f64 {
 }
 
 fn in_range(surface: usize, area: f64, emittance: f64, boundary: Boundary) -> Result<(), HeatError> {
-    let (known, value, range) = match boundary {
+    let (quantity, value, range) = match boundary {
         Boundary::Temperature(kelvin) => ("its temperature", kelvin, "finite and at least 0 K"),
         Boundary::Flux(flux) => ("its flux", flux, "finite"),
     };
@@ -240,7 +240,7 @@ fn in_range(surface: usize, area: f64, emittance: f64, boundary: Boundary) -> Re
     let checks = [
         (area > 0.0 && area.is_finite(), "its area", area, "finite and above 0"),
         ((0.0..=1.0).contains(&emittance), "its emittance", emittance, "between 0 and 1"),
-        (is_known, known, value, range),
+        (is_known, quantity, value, range),
     ];
     if let Some((_, what, value, range)) = checks.into_iter().find(|check| !check.0) {
         return Err(HeatError::Range { surface, what, value, range });
@@ -254,7 +254,7 @@ struct System {
     areas: Vec<f64>,
     /// Exchange with other surfaces.
     exchange: Vec<Vec<(usize, f64)>>,
-    /// Conductance to what has a given emissive power: the body of the surface itself, and the surroundings. Infinite where the radiosity is given.
+    /// Conductance to bodies of given emissive power: the body of the surface itself, and the surroundings. Infinite where the radiosity is given.
     ties: Vec<f64>,
     /// The same times that power, with the given flux; the radiosity where that is given.
     given: Vec<f64>,
@@ -324,7 +324,7 @@ impl System {
         self.ties[surface].is_infinite()
     }
 
-    /// The left sides of the equations of what is not given; 0 where it is.
+    /// The left sides of the equations of radiosities that are not given; 0 where they are.
     fn apply(&self, values: &[f64]) -> Vec<f64> {
         let side = |surface: usize| {
             let lost: f64 = self.exchange[surface].iter().map(|(other, w)| w * (values[surface] - values[*other])).sum();
@@ -344,7 +344,7 @@ impl System {
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let mut values: Vec<f64> =
             (0..count).map(|surface| if self.is_given(surface) { self.given[surface] } else { 0.0 }).collect();
-        // Begun anew from what was reached: the residual that is carried along drifts from the true one.
+        // Begun anew from the values that were reached: the residual that is carried along drifts from the true one.
         for _ in 0..3 {
             let sides = self.apply(&values);
             let left = |surface: usize| if self.is_given(surface) { 0.0 } else { self.given[surface] - sides[surface] };
@@ -393,7 +393,7 @@ impl System {
                 // Of a mirror the limit of less and less emittance.
                 let held = if flux == 0.0 { 0.0 } else { (1.0 - emittance) / emittance * flux };
                 let power = own + held;
-                // What is at 0 K emits a rounding of what it balances.
+                // A surface at 0 K emits a rounding of the power that it balances.
                 if power < -UNSETTLED * crate::largest(held.abs(), own.abs()) {
                     return Err(HeatError::BelowZero { surface, power });
                 }
@@ -454,8 +454,8 @@ pub fn heat_jacobian(
     kelvins: &[f64],
     surroundings: Option<f64>,
 ) -> Result<Vec<f64>, HeatError> {
-    let known: Vec<Boundary> = kelvins.iter().map(|kelvin| Boundary::Temperature(*kelvin)).collect();
-    heat_balance(factors, areas, emittances, &known, surroundings)?;
+    let boundary: Vec<Boundary> = kelvins.iter().map(|kelvin| Boundary::Temperature(*kelvin)).collect();
+    heat_balance(factors, areas, emittances, &boundary, surroundings)?;
     let count = kelvins.len();
     let column = |surface: usize| -> Result<Vec<f64>, HeatError> {
         let mut alone = vec![Boundary::Temperature(0.0); count];
@@ -540,29 +540,29 @@ mod tests {
     fn an_insulated_wall_takes_the_temperature_at_which_it_loses_nothing_and_heat_adds_up_to_nothing() {
         let sides = [1.0, 1.3, 0.9];
         let boundary = [Boundary::Temperature(1200.0), Boundary::Temperature(500.0), Boundary::Flux(0.0)];
-        let found = heat_balance(&duct(sides), &sides, &[0.8, 0.4, 0.6], &boundary, None).unwrap();
+        let states = heat_balance(&duct(sides), &sides, &[0.8, 0.4, 0.6], &boundary, None).unwrap();
         // Two surfaces with a reradiating one: resistances in series, two paths between (Oppenheim).
         let exchange = |i: usize, j: usize| duct(sides)[i].iter().find(|of| of.0 == j).unwrap().1 * sides[i];
         let between = exchange(0, 1) + 1.0 / (1.0 / exchange(0, 2) + 1.0 / exchange(1, 2));
         let resistance = 0.2 / (0.8 * sides[0]) + 1.0 / between + 0.6 / (0.4 * sides[1]);
         let heat = (power_of(1200.0) - power_of(500.0)) / resistance;
-        assert!((found[0].flux * sides[0] - heat).abs() <= 1e-12 * heat, "{found:?} {heat}");
-        assert!((found[0].flux * sides[0] + found[1].flux * sides[1]).abs() <= 1e-12 * heat);
-        assert!((power_of(found[2].temperature) - found[2].radiosity).abs() <= 1e-12 * heat);
-        // What is found as a temperature gives the same state when it is given.
-        let boundary = [Boundary::Flux(found[0].flux), boundary[1], Boundary::Temperature(found[2].temperature)];
+        assert!((states[0].flux * sides[0] - heat).abs() <= 1e-12 * heat, "{states:?} {heat}");
+        assert!((states[0].flux * sides[0] + states[1].flux * sides[1]).abs() <= 1e-12 * heat);
+        assert!((power_of(states[2].temperature) - states[2].radiosity).abs() <= 1e-12 * heat);
+        // A temperature that is found gives the same state when it is given.
+        let boundary = [Boundary::Flux(states[0].flux), boundary[1], Boundary::Temperature(states[2].temperature)];
         let again = heat_balance(&duct(sides), &sides, &[0.8, 0.4, 0.6], &boundary, None).unwrap();
         assert!((again[0].temperature - 1200.0).abs() <= 1e-9);
-        assert!(again[2].flux.abs() <= 1e-9 * found[0].flux);
+        assert!(again[2].flux.abs() <= 1e-9 * states[0].flux);
     }
 
     #[test]
     fn a_plate_in_the_open_loses_what_it_emits_less_what_the_surroundings_send() {
         let lone = |boundary, surroundings| heat_balance(&[Vec::new()], &[2.0], &[0.7], &[boundary], surroundings);
-        let found = lone(Boundary::Temperature(400.0), Some(280.0)).unwrap()[0];
+        let state = lone(Boundary::Temperature(400.0), Some(280.0)).unwrap()[0];
         let expected = 0.7 * (power_of(400.0) - power_of(280.0));
-        assert!((found.flux - expected).abs() <= 1e-13 * expected);
-        let back = lone(Boundary::Flux(found.flux), Some(280.0)).unwrap()[0];
+        assert!((state.flux - expected).abs() <= 1e-13 * expected);
+        let back = lone(Boundary::Flux(state.flux), Some(280.0)).unwrap()[0];
         assert!((back.temperature - 400.0).abs() <= 1e-11);
         assert_eq!(lone(Boundary::Flux(1.0), None), Err(HeatError::Open { surface: 0, sum: 0.0 }));
         assert!(matches!(lone(Boundary::Flux(-1e6), Some(280.0)), Err(HeatError::BelowZero { surface: 0, .. })));
@@ -600,10 +600,10 @@ mod tests {
         let mut boundary = vec![Boundary::Flux(0.0); count];
         boundary[0] = Boundary::Temperature(1000.0);
         boundary[count / 2] = Boundary::Temperature(0.0);
-        let found = heat_balance(&factors, &vec![1.0; count], &vec![0.5; count], &boundary, None).unwrap();
+        let states = heat_balance(&factors, &vec![1.0; count], &vec![0.5; count], &boundary, None).unwrap();
         // Two chains of 200 links of 0.5 each, and the two bodies.
         let heat = power_of(1000.0) / (1.0 + 1.0 + 200.0);
-        assert!((found[0].flux - heat).abs() <= 1e-10 * heat, "{} {heat}", found[0].flux);
-        assert!((found[count / 4].radiosity - 0.5 * power_of(1000.0)).abs() <= 1e-10 * power_of(1000.0));
+        assert!((states[0].flux - heat).abs() <= 1e-10 * heat, "{} {heat}", states[0].flux);
+        assert!((states[count / 4].radiosity - 0.5 * power_of(1000.0)).abs() <= 1e-10 * power_of(1000.0));
     }
 }

@@ -61,7 +61,7 @@ pub enum Error {
     /// Weights of a sum of radiosities do not fit the scene.
     #[error("weights: {rule}")]
     Weights {
-        /// What does not fit, and what does.
+        /// The weights that do not fit, and the ones that would.
         rule: String,
     },
     /// The scene is refused.

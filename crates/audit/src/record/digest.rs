@@ -1,8 +1,8 @@
 //! Digests: of many thousands of answers every bit, bounds, methods and counts of work with them, as one number a block.
 //!
 //! Whatever changes changes the digest, however far it is below every bound. Core, the oracle and factors give the same bits on every
-//! machine and on every number of threads; solutions and certificates do not, and have records of their own. What a block says is held
-//! against itself too: all answers to one question have a point in common.
+//! machine and on every number of threads; solutions and certificates do not, and have records of their own. The statements of a block
+//! are held against each other too: all answers to one question have a point in common.
 
 mod of_core;
 mod of_others;
@@ -16,7 +16,7 @@ use crate::measure::{is_worse, worse};
 use crate::sampler::split_mix;
 use crate::{hidden, lamps};
 
-/// What a block is of.
+/// The subject of a block.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Block {
     /// Cases of a family, asked in every way.
@@ -72,7 +72,7 @@ impl Block {
         }
     }
 
-    /// The digest of a block, and what contradicts itself in it.
+    /// The digest of a block, and the contradictions in it.
     pub(super) fn asked(self, index: u64) -> Result<Recorded, String> {
         let mut digest = Digest::default();
         match self {
@@ -168,11 +168,11 @@ impl<'a> Question<'a> {
         let Some((best, at, least)) = self.said.iter().min_by(|a, b| a.2.total_cmp(&b.2)) else { return };
         for (by, value, bound) in &self.said {
             let apart = [0, 1, 2].map(|k| (value[k] - at[k]).abs());
-            let off = apart.into_iter().fold(0.0, worse);
+            let difference = apart.into_iter().fold(0.0, worse);
             let room = (bound + least) * (1.0 + 1e-9) + f64::MIN_POSITIVE;
-            if is_worse(off, room) {
+            if is_worse(difference, room) {
                 let name = self.name;
-                digest.wrong.push(format!("{name}, {by}: {value:?} is off {best} by {off:e}, the bounds allow {room:e}"));
+                digest.wrong.push(format!("{name}, {by}: {value:?} is off {best} by {difference:e}, the bounds allow {room:e}"));
             }
         }
     }
@@ -205,7 +205,7 @@ mod tests {
             question.close(&mut digest);
             digest.wrong.len()
         };
-        assert_eq!([off(0.7), off(0.8), off(f64::NAN)], [0, 1, 1]);
+        assert_eq!([off(0.7), off(0.8), off(f64::NAN)], [0, 1, 2]);
     }
 
     #[test]

@@ -100,7 +100,7 @@ pub(super) fn are_chosen(arguments: &Arguments, faces: usize) -> Result<bool, Fa
     }
 }
 
-/// What is asked for; whether there are so many rays is seen before any is drawn.
+/// The settings that are asked for; whether there are so many rays is seen before any is drawn.
 fn settings(arguments: &Arguments, faces: usize) -> Result<RaySettings, Failure> {
     let (options, usual) = (&arguments.by_rays, RaySettings::default());
     let settings = RaySettings {
@@ -158,27 +158,27 @@ pub(super) fn run(
     counted.sort_by_key(Counted::face);
     counted.dedup();
     let is_left = |face: &&usize| counted.binary_search_by_key(*face, Counted::face).is_err();
-    let left: Vec<usize> = faces[block.clone()].iter().filter(is_left).copied().collect();
-    let progress = Progress::new(block.len(), block.len() - left.len());
-    let found = factors.count_rays_of(&left, &settings, |row| {
+    let queue: Vec<usize> = faces[block.clone()].iter().filter(is_left).copied().collect();
+    let progress = Progress::new(block.len(), block.len() - queue.len());
+    let answers = factors.count_rays_of(&queue, &settings, |row| {
         kept.iter().for_each(|kept| kept.keep(row));
         progress.row();
     });
     progress.end();
-    counted.extend(found?);
+    counted.extend(answers?);
     kept.map_or(Ok(()), Kept::close)?;
     if arguments.rows.is_some() {
-        let of = faces.len();
-        say(format_args!("{} of {of} rows are counted: --join takes them up", block.len()));
+        let total = faces.len();
+        say(format_args!("{} of {total} rows are counted: --join takes them up", block.len()));
         return Ok(());
     }
-    let mut found = factors.by_rays(counted, &settings)?;
+    let mut by_rays = factors.by_rays(counted, &settings)?;
     if let Some(least) = arguments.by_rays.drop_below {
-        found = found.without_below(least);
+        by_rays = by_rays.without_below(least);
     }
-    let summary = Summary::of(factors, &found, arguments.by_rays.drop_below, started);
+    let summary = Summary::of(factors, &by_rays, arguments.by_rays.drop_below, started);
     if let Some((file, format)) = out {
-        write(file, format, scene, &found, arguments.open)?;
+        write(file, format, scene, &by_rays, arguments.open)?;
     }
     print(&Summary { seconds: started.elapsed().as_secs_f64(), ..summary }, arguments.summary)
 }
@@ -251,7 +251,7 @@ struct Summary {
     confidence: f64,
     /// Half the width of the widest interval of a factor.
     widest_interval: f64,
-    /// What a factor that is not stored is at most, with that confidence.
+    /// The upper limit of a factor that is not stored, with that confidence.
     absent_at_most: f64,
     #[serde(skip_serializing_if = "Option::is_none")]
     dropped_below: Option<f64>,

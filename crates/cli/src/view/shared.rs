@@ -18,7 +18,7 @@ use super::{Failure, Pixel, offset};
 const TILES: [usize; 2] = [16, 64];
 const SMALL: usize = 256;
 
-/// Pixels along a square that may be interpolated: what is smaller than half of it may be missed where it has no edge of a face.
+/// Pixels along a square that may be interpolated: a thing smaller than half of it may be missed where it has no edge of a face.
 const LARGEST: usize = 8;
 
 /// How far gathers may be off the bilinear function through the corners of their square, over the value and a part of the mean.
@@ -34,7 +34,7 @@ const PARTS: usize = 16;
 /// A ray that meets nothing, or the back of a face.
 const NOTHING: u32 = u32::MAX;
 
-/// What is looked at, and from where.
+/// The solved scene that is looked at, and the camera.
 pub(super) struct Scene<'a> {
     pub(super) solution: &'a Solution,
     pub(super) camera: &'a Camera,
@@ -45,7 +45,7 @@ pub(super) struct Scene<'a> {
     pub(super) stop: &'a AtomicBool,
 }
 
-/// Draws all pixels; `done` is told of so many, and `save` gets the picture with what is done at each of [`PARTS`] of it.
+/// Draws all pixels; `done` is told of so many, and `save` gets the picture with the pixels that are done at each of [`PARTS`] of it.
 pub(super) fn draw(
     scene: &Scene<'_>,
     done: impl Fn(usize) + Sync,
@@ -148,10 +148,10 @@ impl<'a> Tile<'a> {
             let mut corners: Vec<Pixel> = Vec::new();
             for k in 0..count * count {
                 let at = [left + k % count * places, top + k / count * places];
-                // Two pixels are the least square, and take only what was gathered for a larger one.
-                let found =
+                // Two pixels are the least square, and take only gathers that were made for a larger one.
+                let gather =
                     if side > 2 { self.at_corner(at, face)? } else { self.gathers.get(&(at[0], at[1], face)).cloned().flatten() };
-                match found {
+                match gather {
                     Some(pixel) => corners.push(pixel),
                     None => return Ok(false),
                 }
@@ -179,15 +179,15 @@ impl<'a> Tile<'a> {
         Ok(true)
     }
 
-    /// The largest distance in each channel of gathers inside a square from what those at its corners say, if it is small enough; of a
-    /// square of corners alone a quarter of what these differ by.
+    /// The largest distance in each channel of gathers inside a square from the means of those at its corners, if it is small enough; of a
+    /// square of corners alone a quarter of their differences.
     fn off(&self, gathers: &[Pixel]) -> Option<Vec<f64>> {
         let means = self.scene.solution.mean();
-        let mut most = vec![0.0; means.len()];
+        let mut distances = vec![0.0; means.len()];
         for (channel, mean) in means.iter().enumerate() {
             let value = |k: usize| gathers[k].radiosity[channel];
             let all = || (0..gathers.len()).map(value);
-            let off = if gathers.len() == 9 {
+            let distance = if gathers.len() == 9 {
                 let inside = [(1, &[0, 2][..]), (3, &[0, 6]), (5, &[2, 8]), (7, &[6, 8]), (4, &[0, 2, 6, 8])];
                 let off = |(middle, around): (usize, &[usize])| {
                     (value(middle) - around.iter().map(|&k| value(k)).sum::<f64>() / around.len() as f64).abs()
@@ -197,13 +197,13 @@ impl<'a> Tile<'a> {
                 0.25 * (all().fold(f64::NEG_INFINITY, largest) - all().fold(f64::INFINITY, smallest))
             };
             let least = all().fold(f64::INFINITY, smallest);
-            let is_within = off <= OFF * (least.abs() + DARK * mean);
+            let is_within = distance <= OFF * (least.abs() + DARK * mean);
             if !is_within {
                 return None;
             }
-            most[channel] = off;
+            distances[channel] = distance;
         }
-        Some(most)
+        Some(distances)
     }
 
     /// A gather at the upper left corner of a pixel, on the plane of a face; none beside the face.
@@ -212,9 +212,9 @@ impl<'a> Tile<'a> {
         if let Some(known) = self.gathers.get(&key) {
             return Ok(known.clone());
         }
-        let found = self.gather(at, [0.0; 2], face)?;
-        self.gathers.insert(key, found.clone());
-        Ok(found)
+        let gather = self.gather(at, [0.0; 2], face)?;
+        self.gathers.insert(key, gather.clone());
+        Ok(gather)
     }
 
     /// Each face of a pixel, gathered in the middle of the places where rays meet it.
@@ -258,7 +258,7 @@ impl<'a> Tile<'a> {
     }
 }
 
-/// The bilinear function through four or nine gathers of a square at a place of it, with what these are off by.
+/// The bilinear function through four or nine gathers of a square at a place of it, with the distances of these from it.
 fn between(gathers: &[Pixel], place: [f64; 2], off: &[f64]) -> Pixel {
     let count = if gathers.len() == 9 { 2 } else { 1 };
     let [u, v] = place.map(|place| place * count as f64);

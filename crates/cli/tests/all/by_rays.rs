@@ -1,4 +1,4 @@
-//! `radgrad factors --method rays`: rows that close, divisions of the work, and what does not go together.
+//! `radgrad factors --method rays`: rows that close, divisions of the work, and options that do not go together.
 
 use std::fs;
 
@@ -66,7 +66,7 @@ fn an_interrupted_run_and_runs_of_blocks_come_to_the_same_bytes() {
     let joined = "--join part3.jsonl part1.jsonl part2.jsonl part1.jsonl";
     assert_eq!(folder.factors(&format!("{settings} {joined} --out joined.csv")).status.code(), Some(0));
     assert!(folder.text_of("joined.csv") == whole);
-    // What is missing is counted; another seed, or another row of a face, is refused.
+    // Missing rows are counted; another seed, or another row of a face, is refused.
     assert_eq!(folder.factors(&format!("{settings} --join part1.jsonl --out rest.csv")).status.code(), Some(0));
     assert!(folder.text_of("rest.csv") == whole);
     let part = folder.text_of("part1.jsonl");

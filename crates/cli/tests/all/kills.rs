@@ -1,4 +1,4 @@
-//! Runs that are killed: no file is lost or half written, and the next run gives what one without a kill does.
+//! Runs that are killed: no file is lost or half written, and the next run gives the same files as one without a kill.
 //!
 //! `RADGRAD_KILLS` is how many kills each command gets, evenly over the time that it takes.
 
@@ -35,22 +35,22 @@ fn command(folder: &Path, run: &Run) -> Command {
     command
 }
 
-/// Files by name with what they have, of folders within too.
+/// Files by name with their contents, of folders within too.
 fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
-    let mut found = BTreeMap::new();
+    let mut contents = BTreeMap::new();
     for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
         let name = path.file_name().unwrap().to_string_lossy().into_owned();
         if path.is_dir() {
-            found.extend(files(&path).into_iter().map(|(inner, content)| (format!("{name}/{inner}"), content)));
+            contents.extend(files(&path).into_iter().map(|(inner, content)| (format!("{name}/{inner}"), content)));
         } else {
-            found.insert(name, fs::read(&path).unwrap());
+            contents.insert(name, fs::read(&path).unwrap());
         }
     }
-    found
+    contents
 }
 
-/// Kills a command again and again, and then lets it end. Returns what a run without kills leaves, and what this one does.
+/// Kills a command again and again, and then lets it end. Returns the files that a run without kills leaves, and those of this one.
 fn killed(name: &str, run: &Run) -> [BTreeMap<String, Vec<u8>>; 2] {
     let kills = std::env::var("RADGRAD_KILLS").ok().and_then(|count| count.parse().ok()).unwrap_or(3);
     let (alone, folder) = (folder(&format!("{name}-alone")), folder(name));
@@ -78,7 +78,7 @@ fn killed(name: &str, run: &Run) -> [BTreeMap<String, Vec<u8>>; 2] {
                     content.is_empty() && file.ends_with(".json") || is_whole(&file, &content),
                     "{name}: {file} is half written"
                 ),
-                // What is killed between two names of a whole file leaves the second.
+                // A run that is killed between two names of a whole file leaves the second.
                 None => assert!(file.rsplit('/').next().unwrap().starts_with('.'), "{name}: {file} is none of its files"),
             }
         }

@@ -99,7 +99,7 @@ impl<T: Real> Sums<T> {
         Some(sums.with(moved, &uncertainty, by_vertices))
     }
 
-    /// With the derivatives by the vertices, and the bounds on what undecided visibility changes; within the outline that is `within`.
+    /// With the derivatives by the vertices, and the bounds on the changes by undecided visibility; within the outline that is `within`.
     fn with(self, moved: Moved<'_, T>, uncertainty: &Uncertainty<RadiusOf<T>>, within: RadiusOf<T>) -> Self {
         let Case { emitter, .. } = moved.case;
         let zero = 0.0.into();
@@ -128,7 +128,7 @@ fn seen<T: Real>(case: &Case<'_>) -> SeenPolynomial<T> {
     }
 }
 
-/// What undecided visibility changes in a derivative, within the outline.
+/// A change of a derivative by undecided visibility, within the outline.
 enum Change {
     /// A weight of a vertex times the change of the irradiance of a unit emission.
     Irradiance,

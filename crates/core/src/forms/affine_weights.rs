@@ -1,4 +1,4 @@
-//! What a vertex of a flat polygon weighs in the affine functions on its plane: `lambda_k`, 1 in all together.
+//! The weights of the vertices of a flat polygon in the affine functions on its plane: `lambda_k`, 1 in all together.
 //!
 //! A triangle has one affine function for each set of vertex values, and `lambda_k` is 1 at vertex k and 0 at the others. A polygon of
 //! more vertices has one for those values only that are affine, and moves in its plane's place for those motions only that keep it

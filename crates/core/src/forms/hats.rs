@@ -1,5 +1,5 @@
 //! How a line's weight in the gradient is shared between its two ends: derivatives of the radiosity by the end points of the edges
-//! that bound what is seen.
+//! that bound the part that is seen.
 //!
 //! Where the line of an arc moves by v(z) at its points z, the irradiance changes by `int (N.v) B (n1.omega) (toward.omega)/S ds`, as
 //! a ribbon's flux. Where v is that of the ends p and q of a segment, `v = (1 - t) v_p + t v_q` at `z = p + t (q - p)`. With omega the

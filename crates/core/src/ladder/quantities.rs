@@ -51,7 +51,7 @@ pub(crate) struct Known {
     pub(crate) error: f64,
 }
 
-/// What a rung found, in normalised units and in those of the caller.
+/// The results of a rung, in normalised units and in those of the caller.
 struct Rung {
     normalised: Vec<(Known, usize, CallerUnits)>,
     method: Method,
@@ -86,8 +86,8 @@ pub(crate) fn to_tolerance(find: &impl Find, case: &Case<'_>, tolerance: f64) ->
         match refined(PRECISIONS, enough, error, stays_open, compute) {
             Outcome::Nothing { .. } => return Ok(None),
             Outcome::Found(refined) => {
-                let known = refined.result.iter().map(|(enclosures, _, unit)| rounded(enclosures, *unit));
-                return Ok(Some((known.collect::<Result<_, Error>>()?, Method::ArbitraryPrecision)));
+                let quantities = refined.result.iter().map(|(enclosures, _, unit)| rounded(enclosures, *unit));
+                return Ok(Some((quantities.collect::<Result<_, Error>>()?, Method::ArbitraryPrecision)));
             }
             Outcome::TooDear => {}
         }

@@ -102,9 +102,10 @@ fn they_are_the_differences_of_the_radiosity() {
     let (mut seen, mut by_screens, mut missed) = (0, 0, Vec::new());
     for round in 0..120 {
         let problem = random_problem(&mut random, round);
-        let found = problem.derivatives();
-        let largest = found.vertices.iter().chain(found.occluders.iter().flatten()).map(|v| v.value.length()).fold(0.0, f64::max);
-        if found.method == Method::Zero {
+        let answer = problem.derivatives();
+        let largest =
+            answer.vertices.iter().chain(answer.occluders.iter().flatten()).map(|v| v.value.length()).fold(0.0, f64::max);
+        if answer.method == Method::Zero {
             continue;
         }
         seen += 1;
@@ -118,23 +119,23 @@ fn they_are_the_differences_of_the_radiosity() {
         };
         for k in 0..3 {
             let vertex = |problem: &Problem, step| problem.by_vector(step, |problem| &mut problem.lamp[k]);
-            check(format!("vertex {k}"), found.vertices[k].value, &|step| vertex(&problem, step));
-            for (i, screen) in found.occluders.iter().enumerate() {
+            check(format!("vertex {k}"), answer.vertices[k].value, &|step| vertex(&problem, step));
+            for (i, screen) in answer.occluders.iter().enumerate() {
                 let vertex = |problem: &Problem, step| problem.by_vector(step, |problem| &mut problem.screens[i][k]);
                 check(format!("vertex {k} of screen {i}"), screen[k].value, &|step| vertex(&problem, step));
                 by_screens += usize::from(screen[k].value != DVec3::ZERO);
             }
         }
-        for (i, derivative) in found.emission.iter().enumerate() {
+        for (i, derivative) in answer.emission.iter().enumerate() {
             let by = |problem: &mut Problem, by| problem.emission = parameter(&problem.emission, i, by);
             let difference = |step| DVec3::X * problem.difference(step, by);
             check(format!("parameter {i}"), DVec3::X * derivative.value, &difference);
         }
         let turned = problem.by_vector(1e-4, |problem| &mut problem.normal) * problem.normal.length();
-        let across = found.normal.value.reject_from(problem.normal);
+        let across = answer.normal.value.reject_from(problem.normal);
         check("normal".into(), across, &|_| turned);
         let reflectance = |step| DVec3::X * problem.difference(step, |problem, by| problem.reflectance += by);
-        check("reflectance".into(), DVec3::X * found.reflectance.value, &reflectance);
+        check("reflectance".into(), DVec3::X * answer.reflectance.value, &reflectance);
     }
     println!("{seen} problems, {by_screens} vertices of screens that matter");
     assert!(seen > 100 && by_screens > 120, "{seen} {by_screens}");
@@ -179,8 +180,8 @@ fn what_moves_together_is_what_the_receiver_sees_move() {
     let mut seen = 0;
     for round in (0..200).filter(|round| round % 4 < 2) {
         let problem = random_problem(&mut random, round);
-        let found = problem.derivatives();
-        let all = || found.vertices.iter().chain(found.occluders.iter().flatten());
+        let answer = problem.derivatives();
+        let all = || answer.vertices.iter().chain(answer.occluders.iter().flatten());
         let places = problem.lamp.iter().chain(problem.screens.iter().flatten());
         let room = 1e-12 * lengths(all());
         let about = DVec3::new(0.4, -0.7, 0.2);
@@ -191,10 +192,10 @@ fn what_moves_together_is_what_the_receiver_sees_move() {
             turn += arm.cross(derivative.value);
             scale += arm.dot(derivative.value);
         }
-        assert!((shift - found.translation().value).length() <= room, "{round}: {shift} {found:?}");
-        assert!((turn - found.rotation(about).value).length() <= 3.0 * room, "{round}: {turn}");
-        assert!((scale - found.scale(about).value).abs() <= 3.0 * room, "{round}: {scale}");
-        seen += usize::from(found.method != Method::Zero);
+        assert!((shift - answer.translation().value).length() <= room, "{round}: {shift} {answer:?}");
+        assert!((turn - answer.rotation(about).value).length() <= 3.0 * room, "{round}: {turn}");
+        assert!((scale - answer.scale(about).value).abs() <= 3.0 * room, "{round}: {scale}");
+        seen += usize::from(answer.method != Method::Zero);
     }
     assert!(seen > 40, "{seen}");
 }

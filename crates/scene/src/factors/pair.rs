@@ -2,7 +2,7 @@
 //!
 //! The value is the best known: in free sight the exchange as far as it is asked for, else that of the cells that are surely seen plus what points of
 //! the others see ([`super::cubature`]). The bracket is proven ([`super::bracket`]), and the value lies in it. Pairs are computed
-//! with the lower face first, and from nothing but the two faces and what is between, so that each is the same to the last digit
+//! with the lower face first, and from nothing but the two faces and the faces between, so that each is the same to the last digit
 //! whatever else is computed.
 
 use radgrad_core::DVec3;
@@ -33,7 +33,7 @@ pub struct Factor {
     pub error: f64,
     /// The part of `error` that the rounding of the scene's coordinates takes: no effort narrows it.
     pub modelling: f64,
-    /// What its error is by all appearances: with free sight the bound, past occluders the difference of two rules.
+    /// Its error by all appearances: with free sight the bound, past occluders the difference of two rules.
     pub estimate: f64,
     /// Polygons that may hide a part of one face from the other: 0 where the sight is free.
     pub occluders: usize,
@@ -80,7 +80,7 @@ struct Between {
     open: Undecided,
 }
 
-/// What a screen leaves of the sight between two faces.
+/// The part of the sight between two faces that a screen leaves.
 enum Left {
     All,
     Part(Undecided),
@@ -118,7 +118,7 @@ impl RoundBeam {
 struct Sighted<'a> {
     /// The faces that may be between.
     candidates: Vec<usize>,
-    /// Their convex parts that hide something, each with its face, and what is known of their edges.
+    /// Their convex parts that hide something, each with its face, and the facts known of their edges.
     screens: Vec<&'a Screen>,
     owners: Vec<usize>,
     hiders: Vec<Hider>,
@@ -126,19 +126,19 @@ struct Sighted<'a> {
     free: Exchange,
 }
 
-/// The share of what two faces would exchange with nothing in between that some points of one see, and by how much these differ.
+/// The share of the exchange of two faces with nothing in between that some points of one see, and by how much these differ.
 struct Looks {
     share: f64,
     spread: f64,
 }
 
-/// The whole exchange over what the value may be off, up to which a few looks may do.
+/// The whole exchange over the error that the value may have, up to which a few looks may do.
 const FEW_LOOKS: f64 = 10.0;
 
 /// Screens above which a pair that looks see nothing of is not searched for a proof.
 const MANY_SCREENS: usize = 64;
 
-/// The factor whose relative estimate's error is what their value may be off, if `estimate` is less.
+/// Their value may be off by this part of the relative estimate, if `estimate` is less.
 const BY_LOOKS: f64 = 0.1;
 
 /// Where a face is looked at from that no other look sees anything of: beside its corners, as those may be in the planes of screens.
@@ -168,9 +168,9 @@ impl Known {
     fn widened(self, modelling: f64, most: f64) -> Self {
         let error = |least: f64, most: f64| larger(most - self.value, self.value - least);
         let least = smaller(larger(self.least - modelling, 0.0), self.least);
-        let most = larger(smaller(self.most + modelling, most), self.most);
-        let modelling = larger(error(least, most) - error(self.least, self.most), 0.0);
-        Self { least, most, modelling, ..self }
+        let upper = larger(smaller(self.most + modelling, most), self.most);
+        let modelling = larger(error(least, upper) - error(self.least, self.most), 0.0);
+        Self { least, most: upper, modelling, ..self }
     }
 
     /// Itself, if its figures are numbers.
@@ -198,12 +198,12 @@ impl FormFactors<'_> {
         let wanted = Wanted::new(self.index.order(), (0..self.emitters.len()).map(|face| face == high).collect());
         let may_see = low != high && !self.may_see(low, &wanted).is_empty();
         self.go_on()?;
-        let known = if may_see { self.pair([low, high], settings)? } else { None };
+        let pair = if may_see { self.pair([low, high], settings)? } else { None };
         let nothing = Factor { value: 0.0, lower: 0.0, upper: 0.0, error: 0.0, modelling: 0.0, estimate: 0.0, occluders: 0 };
-        Ok(known.map_or(nothing, |known| known.over(self.scaled(from).area())))
+        Ok(pair.map_or(nothing, |known| known.over(self.scaled(from).area())))
     }
 
-    /// What two faces exchange, the lower one first; `None` where neither has a point in front of the other, or all is proven hidden.
+    /// The exchange of two faces, the lower one first; `None` where neither has a point in front of the other, or all is proven hidden.
     ///
     /// An outline whose points are off by at most d adds or loses a band of at most d times its perimeter, and two surfaces exchange at
     /// most the area of either: so much do the rounded outlines of the two faces and of those between them change the exchange.
@@ -211,9 +211,9 @@ impl FormFactors<'_> {
         self.go_on()?;
         let Some(sighted) = self.sighted(faces, settings) else { return Ok(None) };
         let modelling: f64 = faces.iter().chain(&sighted.candidates).map(|&face| self.bands[face]).sum();
-        let known = self.exchanged(faces, sighted, settings)?;
+        let exchange = self.exchanged(faces, sighted, settings)?;
         self.go_on()?;
-        Ok(known.map(|known| known.widened(modelling, self.smaller_area(faces))))
+        Ok(exchange.map(|known| known.widened(modelling, self.smaller_area(faces))))
     }
 
     /// No face exchanges more than its area.
@@ -227,28 +227,28 @@ impl FormFactors<'_> {
         let polygons = faces.map(|face| self.scaled(face));
         let area = self.smaller_area(faces);
         let Sighted { candidates, screens, owners, hiders, free } = sighted;
-        let most = smaller(free.most(), area * (1.0 + 8.0 * f64::EPSILON));
-        let least = smaller(larger(free.least(), 0.0), most);
+        let upper = smaller(free.most(), area * (1.0 + 8.0 * f64::EPSILON));
+        let least = smaller(larger(free.least(), 0.0), upper);
         let occluders = u32::try_from(candidates.len()).unwrap_or(u32::MAX);
         if screens.is_empty() {
-            let bracket = Bracket { least, most };
+            let bracket = Bracket { least, most: upper };
             let (value, estimate) = (bracket.nearest(free.area), smaller(free.error, bracket.width()));
-            return Known { value, least, most, estimate, modelling: 0.0, occluders }.checked().map(Some);
+            return Known { value, least, most: upper, estimate, modelling: 0.0, occluders }.checked().map(Some);
         }
         let allowed = |bracket: Bracket| larger(settings.tolerance * area, settings.relative * bracket.least);
         let difference = settings.estimate * area;
-        let nothing_to_all = Bracket { least: 0.0, most };
+        let nothing_to_all = Bracket { least: 0.0, most: upper };
         let by_looks = larger(difference, BY_LOOKS * settings.relative_estimate * area);
-        if most <= smaller(FEW_LOOKS * by_looks, allowed(nothing_to_all)) {
+        if upper <= smaller(FEW_LOOKS * by_looks, allowed(nothing_to_all)) {
             // The whole exchange is within the tolerance, and little is asked of the value.
-            let Looks { share, spread } = self.looks(faces, (&screens, &hiders), 0.5 * most > by_looks);
-            let (value, estimate) = (nothing_to_all.nearest(free.area * share), 0.5 * spread * most);
+            let Looks { share, spread } = self.looks(faces, (&screens, &hiders), 0.5 * upper > by_looks);
+            let (value, estimate) = (nothing_to_all.nearest(free.area * share), 0.5 * spread * upper);
             if value == 0.0 && self.is_hidden(faces, &candidates) {
                 return Ok(None);
             }
             // The search proves more, and takes the longer the more there is between.
             if estimate <= by_looks && (value > 0.0 || screens.len() > MANY_SCREENS) {
-                return Known { value, least: 0.0, most, estimate, modelling: 0.0, occluders }.checked().map(Some);
+                return Known { value, least: 0.0, most: upper, estimate, modelling: 0.0, occluders }.checked().map(Some);
             }
         }
         // Errors of cell exchanges may use a small share of the tolerances, relative to the free exchange, which is at least as
@@ -256,12 +256,12 @@ impl FormFactors<'_> {
         let of_value = truncation(OF_VALUE * settings.estimate * area / free.area);
         let of_bracket = larger(OF_BRACKET * larger(settings.tolerance * area / free.area, settings.relative), of_value);
         // Of faces that are few roundings of their coordinates wide the sum over edges says less than their areas.
-        let all = if free.most() > most { Exchange::within([least, most]) } else { free };
+        let whole = if free.most() > upper { Exchange::within([least, upper]) } else { free };
         // Many digits want few and large cells: those from which the search starts. Few digits want those that are undecided for good.
         let is_precise = settings.estimate < MANY_DIGITS;
         // Where nothing to all is narrow enough, it serves the value alone.
-        let is_met = !is_precise && most <= allowed(nothing_to_all);
-        let mut search = Search::new(TwoFaces { polygons, screens, free: all, accuracy: of_value, is_met }, &hiders);
+        let is_met = !is_precise && upper <= allowed(nothing_to_all);
+        let mut search = Search::new(TwoFaces { polygons, screens, free: whole, accuracy: of_value, is_met }, &hiders);
         let difference = larger(difference, settings.relative_estimate * free.area);
         let goal = Goal { difference, most_points: settings.most_points, at_point: 0.01 * settings.estimate };
         if !is_precise {
@@ -276,8 +276,8 @@ impl FormFactors<'_> {
         } else {
             let rule = if is_precise { Rule::PRECISE } else { Rule::PLAIN };
             let hiding = Hiding { screens: search.screens(), owners: &owners };
-            let found = self.integrate(faces, search.undecided(), hiding, rule, goal)?;
-            (search.seen() + found.area, found.difference)
+            let integral = self.integrate(faces, search.undecided(), hiding, rule, goal)?;
+            (search.seen() + integral.area, integral.difference)
         };
         search.only_bracket(smaller(of_bracket, MOST_OF_BRACKET));
         search.narrow(|bracket| self.is_stopped() || bracket.error_of(value) <= allowed(bracket), settings.most_cells);
@@ -293,7 +293,7 @@ impl FormFactors<'_> {
             .map(Some)
     }
 
-    /// What two faces exchange and a bound on its error, 0 where they see nothing of each other; `None` where something may be between them.
+    /// The exchange of two faces and a bound on its error, 0 where they see nothing of each other; `None` where something may be between them.
     pub(super) fn free_exchange(&self, faces: [usize; 2], settings: &FactorSettings) -> Option<[f64; 2]> {
         let Some(Sighted { screens, free, .. }) = self.sighted(faces, settings) else { return Some([0.0; 2]) };
         let (area, bands) = (larger(free.area, 0.0), faces.map(|face| self.bands[face]).iter().sum::<f64>());
@@ -319,21 +319,21 @@ impl FormFactors<'_> {
         let apart = || {
             let are_before = self.front(faces[0], faces[1]) == Front::All && self.front(faces[1], faces[0]) == Front::All;
             let parts = || faces.map(|face| (&self.parts[face][..], self.scaled(face)));
-            let found = if are_before { exchange_apart(parts(), truncation) } else { None };
+            let exchange = if are_before { exchange_apart(parts(), truncation) } else { None };
             // The other way has fewer roundings.
-            found.filter(|found| found.error <= 2.0 * truncation * found.area)
+            exchange.filter(|found| found.error <= 2.0 * truncation * found.area)
         };
         let any = || exchange(polygons[0], polygons[1], truncation, larger(RESOLVED * settings.estimate, DIGITS));
         let free = apart().unwrap_or_else(any);
         (free != Exchange::default()).then_some(Sighted { candidates, screens, owners, hiders, free })
     }
 
-    /// What may hide a part of one face from the other, by face; `None` where one screen hides all. Boxes around the two, and a round beam, pass over most of
-    /// all; of the others each screen decides for itself.
+    /// The parts that may hide a part of one face from the other, by face; `None` where one screen hides all. Boxes around the two, and a
+    /// round beam, pass over most of all; of the others each screen decides for itself.
     fn between_faces(&self, faces: [usize; 2]) -> Option<Vec<Between>> {
-        let mut found: Vec<Between> = Vec::new();
+        let mut parts: Vec<Between> = Vec::new();
         if self.hiders.is_empty() {
-            return Some(found);
+            return Some(parts);
         }
         let outlines = faces.map(|face| &self.screens[face]);
         let pairs = outlines[0].iter().flat_map(|a| outlines[1].iter().map(move |b| Cells::new([a.outline(), b.outline()])));
@@ -351,17 +351,17 @@ impl FormFactors<'_> {
                     Left::All => {}
                     Left::Nothing => is_hidden = true,
                     Left::Part(open) => {
-                        // What is not before a surface hides nothing of it.
-                        if found.last().is_some_and(|last| last.place.0 == face) || !self.is_aside(face, faces) {
-                            found.push(Between { place: (face, part), open });
+                        // A part that is not before a surface hides nothing of it.
+                        if parts.last().is_some_and(|last| last.place.0 == face) || !self.is_aside(face, faces) {
+                            parts.push(Between { place: (face, part), open });
                         }
                     }
                 }
             }
             is_hidden
         });
-        found.sort_unstable_by_key(|between| between.place);
-        (!is_hidden).then_some(found)
+        parts.sort_unstable_by_key(|between| between.place);
+        (!is_hidden).then_some(parts)
     }
 
     /// Whether a face is nowhere before one of two.
@@ -373,7 +373,7 @@ impl FormFactors<'_> {
         })
     }
 
-    /// What a screen leaves of the sight between all parts of two faces.
+    /// The part of the sight between all parts of two faces that a screen leaves.
     fn left_by(screen: &Screen, cells: &[Cells<'_>]) -> Left {
         let (mut is_all, mut is_nothing, mut left) = (true, true, Undecided::ALL);
         for cells in cells {
@@ -405,8 +405,8 @@ impl FormFactors<'_> {
         !from.is_empty() && !to.is_empty() && pairs.all(is_hidden)
     }
 
-    /// What four points of each patch of the smaller face see of the other: looks, no more. Where they see nothing, points beside the
-    /// corners say by how much that differs, if it is asked for.
+    /// The share of the other face that four points of each patch of the smaller one see: looks, no more. Where they see nothing,
+    /// points beside the corners say by how much that differs, if it is asked for.
     fn looks(&self, faces: [usize; 2], (screens, hiders): (&[&Screen], &[Hider]), asks_corners: bool) -> Looks {
         let from = usize::from(self.scaled(faces[1]).area() < self.scaled(faces[0]).area());
         let [own, other] = [from, 1 - from].map(|k| self.scaled(faces[k]));
@@ -419,11 +419,11 @@ impl FormFactors<'_> {
         };
         let (mut sums, mut range) = ([0.0; 2], [f64::INFINITY, 0.0]);
         for node in patches(own.vertices()).iter().flat_map(|patch| nodes_of(patch, 2)) {
-            let all = from_point(node.point, &[]);
-            if all > 0.0 {
+            let whole = from_point(node.point, &[]);
+            if whole > 0.0 {
                 let seen = from_point(node.point, hiders);
-                sums = [sums[0] + node.share * all, sums[1] + node.share * seen];
-                range = [smaller(range[0], seen / all), larger(range[1], seen / all)];
+                sums = [sums[0] + node.share * whole, sums[1] + node.share * seen];
+                range = [smaller(range[0], seen / whole), larger(range[1], seen / whole)];
             }
         }
         let [all, seen] = sums;

@@ -1,7 +1,7 @@
 //! Factors of very many faces, by rays: an interval each, that holds with a stated probability. None is a bound.
 //!
 //! Rays leave each face uniformly over its area and by the cosine ([`draw`]), so many from each, and the first face that one meets, from its front,
-//! is counted. What becomes of the counts:
+//! is counted. Each pair makes its factor of the counts:
 //!
 //! | pair | value | interval |
 //! |---|---|---|
@@ -9,9 +9,9 @@
 //! | areas alike | both counts together, over `n/A_i + n/A_j`: each way weighted by the inverse of its variance | of 2 n trials ([`limits`]) |
 //! | areas more than [`ALIKE`] apart | the count from the smaller face, whose factor is the larger one; the other way would add little | of n trials |
 //!
-//! The exchange is one number a pair, so factors are reciprocal; what a face sees of no other face is 1 less its row, the share that is open,
-//! and never below 0. Each pair that was counted is then multiplied by `x_i x_j`, which are next to 1, so that rows and what rays saw of the open add up
-//! to their faces ([`pairs`]): rows of faces that no ray left the scene from sum to 1 up to [`CLOSED`].
+//! The exchange is one number a pair, so factors are reciprocal; the open share, that part of its view in which a face sees no other, is 1 less its
+//! row, and never below 0. Each pair that was counted is then multiplied by `x_i x_j`, which are next to 1, so that rows and the open shares that
+//! rays saw add up to their faces ([`pairs`]): rows of faces that no ray left the scene from sum to 1 up to [`CLOSED`].
 //!
 //! The number of rays follows from the error and the confidence that are asked for before any is drawn (M. Pellegrini 1995): the intervals of all pairs and
 //! open shares hold together with that confidence. Every count depends on the seed, the face and the scene alone, and sums are taken in the order of faces: so
@@ -44,13 +44,13 @@ const ALIKE: f64 = 2.4;
 /// How near to 1 rows are brought.
 const CLOSED: f64 = 1e-9;
 
-/// What is asked of factors by rays.
+/// Settings of factors by rays.
 ///
 /// ```
 /// use radgrad_scene::RaySettings;
 /// let settings = RaySettings { tolerance: 0.02, ..RaySettings::default() };
-/// // `ln(2 m / (1 - c)) / (2 e^2)` for the m intervals of a thousand faces, and what fills a grid.
-/// assert_eq!(settings.rays_for(1000)?, 23_104);
+/// // `ln(2 m / (1 - c)) / (2 e^2)` for the m intervals of a thousand faces, and the rays that fill a grid.
+/// assert_eq!(settings.rays_for(1000)?, 24_025);
 /// # Ok::<(), radgrad_scene::Error>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -99,14 +99,14 @@ impl RaySettings {
         Ok(Grid::of(rays as u32))
     }
 
-    /// `ln(2/delta)` where each interval may fail with delta: all pairs and all open shares have a part of what is left of the confidence.
+    /// `ln(2/delta)` where each interval may fail with delta: all pairs and all open shares have a part of 1 less the confidence.
     fn logarithm(&self, faces: usize) -> f64 {
         let intervals = 0.5 * faces as f64 * (faces as f64 + 1.0);
         libm::log(2.0 * larger(intervals, 1.0) / (1.0 - self.confidence))
     }
 }
 
-/// What the rays of a face met: what an interrupted run keeps for the next one, and machines send each other.
+/// The faces that the rays of a face met: an interrupted run keeps these counts for the next one, and machines send them to each other.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Counted {
     face: u32,
@@ -123,19 +123,19 @@ impl Counted {
 }
 
 impl FormFactors<'_> {
-    /// What the rays of a range of [`Self::faces`] meet, on all cores. `keep` is called with each row, in any order.
+    /// The faces that the rays of a range of [`Self::faces`] meet, counted on all cores. `keep` is called with each row, in any order.
     ///
     /// # Errors
-    /// If what is asked for is out of range, or there are not so many rows.
+    /// If a setting is out of range, or there are not so many rows.
     pub fn count_rays(
         &self,
         block: std::ops::Range<usize>,
         settings: &RaySettings,
         keep: impl Fn(&Counted) + Sync,
     ) -> Result<Vec<Counted>, Error> {
-        let all = self.faces();
-        let found = format!("{} to {}", block.start, block.end);
-        let faces = all.get(block).ok_or_else(|| Error::expected(format!("a range of the {} rows", all.len()), found))?;
+        let sources = self.faces();
+        let range = format!("{} to {}", block.start, block.end);
+        let faces = sources.get(block).ok_or_else(|| Error::expected(format!("a range of the {} rows", sources.len()), range))?;
         self.count_rays_of(faces, settings, keep)
     }
 
@@ -149,14 +149,14 @@ impl FormFactors<'_> {
         settings: &RaySettings,
         keep: impl Fn(&Counted) + Sync,
     ) -> Result<Vec<Counted>, Error> {
-        let all = self.faces();
-        if let Some(face) = faces.iter().find(|face| all.binary_search(face).is_err()) {
+        let sources = self.faces();
+        if let Some(face) = faces.iter().find(|face| sources.binary_search(face).is_err()) {
             return Err(Error::expected("faces that have factors", format!("face {face}")));
         }
-        let grid = settings.grid(all.len())?;
+        let grid = settings.grid(sources.len())?;
         let count = self.emitters.len();
         let mut exchanges = vec![false; count];
-        all.iter().for_each(|&face| exchanges[face] = true);
+        sources.iter().for_each(|&face| exchanges[face] = true);
         let of_face = |(hits, touched): &mut (Vec<u32>, Vec<u32>), &face: &usize| {
             Source::of(self.polygon(face)).rays(grid, (settings.seed, face), |from, toward| {
                 let Some((met, _)) = self.index.first_along(from, toward, &[face]) else { return };
@@ -176,7 +176,7 @@ impl FormFactors<'_> {
         Ok(faces.par_iter().with_max_len(1).map_init(|| (vec![0; count], Vec::new()), of_face).collect())
     }
 
-    /// The factors of what the rays of all faces met, each row once, in any order.
+    /// The factors of the counts of all faces, each row once, in any order.
     ///
     /// ```
     /// use radgrad_scene::{Degenerate, FormFactors, RaySettings, Scene};
@@ -198,7 +198,7 @@ impl FormFactors<'_> {
     /// ```
     ///
     /// # Errors
-    /// If what is asked for is out of range, a row is missing or there twice, or what it has is nothing that so many rays can meet.
+    /// If a setting is out of range, a row is missing or there twice, or it has counts that so many rays cannot make.
     pub fn by_rays(&self, counted: Vec<Counted>, settings: &RaySettings) -> Result<RayFactors, Error> {
         let faces = self.faces();
         let (rays, logarithm) = (settings.rays_for(faces.len())?, settings.logarithm(faces.len()));
@@ -212,10 +212,10 @@ impl FormFactors<'_> {
             }
             let is_ascending = met.windows(2).all(|two| two[0].0 < two[1].0);
             let are_faces = met.iter().all(|&(to, hits)| to != face && hits > 0 && faces.binary_search(&(to as usize)).is_ok());
-            let all: u64 = met.iter().map(|(_, hits)| u64::from(*hits)).sum();
-            if !(is_ascending && are_faces && all <= rays) {
+            let total: u64 = met.iter().map(|(_, hits)| u64::from(*hits)).sum();
+            if !(is_ascending && are_faces && total <= rays) {
                 let rule = format!("other faces in their order, met by {rays} rays together at most");
-                return Err(Error::expected(rule, format!("{all} rays to {} faces in the row of face {face}", met.len())));
+                return Err(Error::expected(rule, format!("{total} rays to {} faces in the row of face {face}", met.len())));
             }
             rows[at] = met;
         }
@@ -223,8 +223,8 @@ impl FormFactors<'_> {
             return Err(Error::expected("a row of each face that has factors", format!("none of face {face}")));
         }
         let areas: Vec<f64> = self.scaled.iter().map(Polygon::area).collect();
-        let known = Known { areas, rays, logarithm, confidence: settings.confidence };
-        Ok(RayFactors::of(faces, known, rows, self.near_pairs()))
+        let setup = Known { areas, rays, logarithm, confidence: settings.confidence };
+        Ok(RayFactors::of(faces, setup, rows, self.near_pairs()))
     }
 
     /// The exchanges of faces whose spheres meet and that have nothing between them, or see nothing of each other, by the lower face.

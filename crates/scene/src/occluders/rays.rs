@@ -1,17 +1,17 @@
-//! What rays need of the tree and of its polygons. A ray visits tens of boxes and a few polygons, and most of its time goes for reading
+//! The boxes and polygons of the tree as rays need them. A ray visits tens of boxes and a few polygons, and most of its time goes for reading
 //! boxes and comparing it with them.
 //!
 //! # Boxes
-//! Four at a time, in single precision and scaled by a power of two to coordinates up to 1: each is the box of what is below it, rounded
+//! Four at a time, in single precision and scaled by a power of two to coordinates up to 1: each is the box of the nodes below it, rounded
 //! outward and wider by [`WIDER`] on every side. A ray begins at two places for each axis, the doubles around its origin: the lowest coordinates
-//! of boxes are held against the upper one, the highest against the lower one, so that a box seems wider than it is. What is left is rounding by
+//! of boxes are held against the upper one, the highest against the lower one, so that a box seems wider than it is. There remains a rounding by
 //! `(1 + u)^3` in each quotient, with u = 2^-24 (T. Ize 2013, "Robust BVH ray traversal"): [`ROUNDING`] more than covers it at both ends. So
 //! no ray misses the box of a polygon that it meets.
 //!
 //! # Edges
 //! Polygons are asked in double precision, in the plane across the ray: corners are moved along it to where their two coordinates say on
-//! which side the ray passes (S. Woop, C. Benthin, I. Wald 2013, "Watertight ray/triangle intersection"). What is computed of a
-//! corner depends on the ray and the corner alone, and of an edge on its two corners, with the opposite sign from the other end: so of two
+//! which side the ray passes (S. Woop, C. Benthin, I. Wald 2013, "Watertight ray/triangle intersection"). The numbers computed of a
+//! corner depend on the ray and the corner alone, and those of an edge on its two corners, with the opposite sign from the other end: so of two
 //! polygons that share an edge, on either side of it, every ray meets one.
 //!
 //! # Back to back
@@ -42,7 +42,7 @@ const WIDER: f64 = 1.0 / (1_u64 << 24) as f64;
 /// One more than twice the rounding of the two quotients that are compared: `2 (3 + 3) u`.
 const ROUNDING: f32 = 1.0 + 12.0 * 0.5 * f32::EPSILON;
 
-/// A copy of the tree, with what rays need of its polygons.
+/// A copy of the tree, with planes and corners of its polygons.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Rays {
     /// Where the tree begins, and the power of two that scales it.
@@ -206,22 +206,22 @@ impl Rays {
 
 /// The nodes below two, opened the largest first until there are as many as are compared at once.
 fn widened(tree: &Tree, parts: [usize; 2]) -> SmallVec<[usize; WIDE]> {
-    let mut all: SmallVec<[usize; WIDE]> = SmallVec::from_slice(&parts);
+    let mut nodes: SmallVec<[usize; WIDE]> = SmallVec::from_slice(&parts);
     let size = |node: usize| {
         let Bounds { low, high } = &tree.nodes[node].bounds;
         let unit = (*high - *low).max_element();
         unit * unit * if unit > 0.0 { tree.nodes[node].bounds.surface(unit) } else { 0.0 }
     };
-    while all.len() < WIDE {
-        let branches = all.iter().enumerate().filter_map(|(slot, &node)| match tree.nodes[node].content {
+    while nodes.len() < WIDE {
+        let branches = nodes.iter().enumerate().filter_map(|(slot, &node)| match tree.nodes[node].content {
             Content::Branch(parts) => Some((slot, parts, size(node))),
             Content::Leaf => None,
         });
         let Some((slot, [a, b], _)) = branches.max_by(|x, y| x.2.total_cmp(&y.2)) else { break };
-        all[slot] = a;
-        all.push(b);
+        nodes[slot] = a;
+        nodes.push(b);
     }
-    all
+    nodes
 }
 
 impl Branch {
@@ -255,7 +255,7 @@ const fn single(number: f64) -> f32 {
 #[derive(Debug, Clone, Copy)]
 struct Hit {
     polygon: u32,
-    /// How many times its direction the ray goes to the plane, and to what is behind it by no more than rounding.
+    /// How many times its direction the ray goes to the plane, and to polygons that are behind it by no more than rounding.
     distance: f64,
     last: f64,
     is_front: bool,
@@ -342,7 +342,7 @@ impl Ray {
         let [mut ax, mut ay] = flat(last);
         for &corner in corners {
             let [bx, by] = flat(corner);
-            // Where the edge is crossed, over what is positive if it rises: both are asked, as which edges are crossed is hard to foretell.
+            // Where the edge is crossed, over a number that is positive if it rises: both are asked, as which edges are crossed is hard to foretell.
             let side = ax * by - ay * bx;
             odd ^= ((ay > 0.0) != (by > 0.0)) & if by > ay { side > 0.0 } else { side < 0.0 };
             (ax, ay) = (bx, by);
@@ -350,7 +350,7 @@ impl Ray {
         odd
     }
 
-    /// What boxes are compared with, that were scaled by a power of two. The largest component of the direction is 1.
+    /// The ray as it is compared with boxes that were scaled by a power of two. The largest component of the direction is 1.
     fn before_boxes(&self, power: f64) -> Boxed {
         let (from, toward) = (self.from * power, self.toward / self.toward[self.axis].abs());
         let component = |axis: usize| {

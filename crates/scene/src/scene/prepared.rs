@@ -130,12 +130,12 @@ impl Prepared {
     }
 }
 
-/// The index that was built last of the faces of a scene or of one that was made from it: those with the same faces share it. It is no part of
-/// what a scene is.
+/// The index that was built last of the faces of a scene or of one that was made from it: those with the same faces share it. Scenes are
+/// compared without it.
 #[derive(Clone, Default)]
 pub(super) struct Indexed(Arc<Mutex<Option<Known>>>);
 
-/// An index, and of what it is: faces with their surfaces, none of which overlap to this precision.
+/// An index, and the faces that it is of, with their surfaces, none of which overlap to this precision.
 struct Known {
     faces: Vec<(Polygon, usize, bool)>,
     precision: f64,
@@ -148,17 +148,17 @@ impl Indexed {
     }
 
     fn of(&self, ready: &Scene, precision: f64) -> Option<Arc<Occluders>> {
-        let known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let known = known.as_ref().filter(|known| known.precision == precision)?;
+        let cache = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let indexed = cache.as_ref().filter(|known| known.precision == precision)?;
         let is_same =
-            Self::faces(ready).eq(known.faces.iter().map(|(polygon, surface, exchanges)| (polygon, *surface, *exchanges)));
-        is_same.then(|| Arc::clone(&known.index))
+            Self::faces(ready).eq(indexed.faces.iter().map(|(polygon, surface, exchanges)| (polygon, *surface, *exchanges)));
+        is_same.then(|| Arc::clone(&indexed.index))
     }
 
     fn keep(&self, ready: &Scene, precision: f64, index: &Arc<Occluders>) {
         let faces = Self::faces(ready).map(|(polygon, surface, exchanges)| (polygon.clone(), surface, exchanges)).collect();
-        let known = Known { faces, precision, index: Arc::clone(index) };
-        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(known);
+        let indexed = Known { faces, precision, index: Arc::clone(index) };
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(indexed);
     }
 }
 

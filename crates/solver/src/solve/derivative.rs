@@ -8,7 +8,7 @@
 //!
 //! as G is the same both ways (B. Smits, J. Arvo and D. Salesin 1992). Both integrals run over the polynomials of the solution, on its
 //! links; the light of a lamp that is kept apart is `int I rho H_1` with its direct light `H_1` at the nodes of leaves. J is linear in
-//! the emission, so that `sum E_f dJ/dE_f` is J once more: what the two differ by is the error that links, clusters and polynomials
+//! the emission, so that `sum E_f dJ/dE_f` is J once more: the difference of the two is the error that links, clusters and polynomials
 //! make in I.
 
 use radgrad_core::DVec3;
@@ -25,7 +25,7 @@ use crate::solve::solution::Solution;
 /// Changes, relative to the mean, below which the importance is solved.
 const SOLVED: f64 = 1e-10;
 
-/// The estimate of a derivative over what the sum by the importance and the solution are off: single faces are off by more than all
+/// The estimate of a derivative over the errors of the sum by the importance and of the solution: single faces are off by more than all
 /// together. In the Cornell box derivatives by reflectance were off by 0.5 to 4.7 times the latter.
 const OF_ONE_FACE: f64 = 2.0;
 
@@ -63,7 +63,7 @@ pub struct Derivative {
     pub relative_estimate: Vec<f64>,
 }
 
-/// The importance: what comes at once, and all of it as it is sent.
+/// The importance: the part that comes at once, and all of it as it is sent.
 struct Importance {
     first: Field,
     sent: Field,
@@ -213,7 +213,7 @@ impl Solution {
         coefficients
     }
 
-    /// Solves for the importance by what comes at once, which is reflected on leaves as the light of lamps is.
+    /// Solves for the importance by the part that comes at once, which is reflected on leaves as the light of lamps is.
     fn importance_from(&self, first: Field) -> Result<Importance, Error> {
         let (mesh, channels) = (&self.system.mesh, self.system.channels.len());
         let mut sent = Field::dark(mesh, channels);

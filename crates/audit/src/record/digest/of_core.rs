@@ -1,4 +1,4 @@
-//! What blocks of core and of numbers are.
+//! The blocks of core and of numbers.
 
 use glam::DVec3;
 use radgrad_core::batch::{Answers, EmitterTree, Emitters, Engine, Precision, ReadyEmitter, Receivers};
@@ -168,9 +168,9 @@ pub(super) fn of_batches(digest: &mut Digest, index: u64) {
     let sampler = &mut Sampler::new(45, "digest of batches", index);
     let Ok(problem) = batches::case(45, index).problem() else { return digest.refused() };
     let name = format!("batches {index}");
-    let of = batches::receivers(sampler, &problem, 21);
-    of_batch(digest, &name, &problem, &of, &batches::DOUBLE);
-    of_batch(digest, &name, &problem, &of, &batches::SINGLE);
+    let places = batches::receivers(sampler, &problem, 21);
+    of_batch(digest, &name, &problem, &places, &batches::DOUBLE);
+    of_batch(digest, &name, &problem, &places, &batches::SINGLE);
     // Seen from one receiver, with others.
     let lamps: Vec<Emitter> = (0..9)
         .filter_map(|k| Some(batches::case(46, index + k).problem().ok()?.emitter))
@@ -216,8 +216,8 @@ pub(super) fn of_operations(digest: &mut Digest, index: u64) {
     }
     if index.is_multiple_of(16) {
         let told = || {
-            let all = operations::results(at.map(Ball::<Big>::exact));
-            all.map(|ball| (ball.middle().to_float().to_string(), ball.error().to_double()))
+            let balls = operations::results(at.map(Ball::<Big>::exact));
+            balls.map(|ball| (ball.middle().to_float().to_string(), ball.error().to_double()))
         };
         let bits = [128, 256, 1024][(index / 16 % 3) as usize];
         if let Some(all) = big::within(bits, u64::MAX, told).0 {

@@ -1,4 +1,4 @@
-//! What blocks of the oracle and of factors are.
+//! The blocks of the oracle and of factors.
 
 use radgrad_oracle::cubature::{self, Form};
 use radgrad_oracle::monte_carlo::{self, Sampling, Sequence};
@@ -66,16 +66,16 @@ pub(super) fn of_estimates(digest: &mut Digest, index: u64) {
     let Problem { receiver, emitter, occluders, .. } = &problem;
     for form in [Form::Surface, Form::Contour, Form::Boundary] {
         let source = SourceFunction::Emitter(emitter);
-        let found = cubature::integrate_form(receiver, emitter.polygon(), source, form, 1e-6, 40_000);
-        digest.say(found.map(|of| {
+        let integral = cubature::integrate_form(receiver, emitter.polygon(), source, form, 1e-6, 40_000);
+        digest.say(integral.map(|of| {
             let numbers = [of.radiosity, of.radiosity_error, of.gradient_error, of.evaluations as f64];
             [&numbers[..], &of.gradient.to_array()].concat()
         }));
     }
     let sequences = [Sequence::Independent { samples: 300, seed: 5 }, Sequence::Sobol { samples: 32, scramblings: 8, seed: 5 }];
     for (sampling, sequence) in [Sampling::SolidAngle, Sampling::Area].into_iter().zip(sequences) {
-        let found = monte_carlo::integrate(receiver, emitter, occluders, sampling, sequence, 0.99);
-        digest.say(found.map(|of| {
+        let estimate = monte_carlo::integrate(receiver, emitter, occluders, sampling, sequence, 0.99);
+        digest.say(estimate.map(|of| {
             let limits = std::iter::once(of.radiosity).chain(of.gradient);
             limits.flat_map(|of| [of.mean, of.student.low, of.student.high, of.distribution_free.low]).collect()
         }));
@@ -127,8 +127,8 @@ pub(super) fn of_factors(digest: &mut Digest, index: u64) -> Result<(), String> 
         digest.numbers(&[matrix.worst_closure(), matrix.worst_reciprocity(), matrix.worst_bound(), unmet as f64]);
     };
     feed(digest, &matrix);
-    let left = factors.narrow(&mut matrix, &settings, 300).map_err(said)?;
-    digest.numbers(&[left.wanted, left.spent as f64]);
+    let narrowing = factors.narrow(&mut matrix, &settings, 300).map_err(said)?;
+    digest.numbers(&[narrowing.wanted, narrowing.spent as f64]);
     feed(digest, &matrix);
     if let Ok(repaired) = matrix.repair(&settings) {
         digest.number(repaired.closure);

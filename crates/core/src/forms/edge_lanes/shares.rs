@@ -1,8 +1,8 @@
 //! Derivatives of a constant emitter of up to four vertices by each of them, with bounds on their errors, where double precision is sure
 //! that all of it is above the horizon: the shares of the edges' ends ([`crate::forms::hats`]), one edge a lane.
 //!
-//! A share is `q (A -+ D)`, q one over the distance of its end, `A = chi (c + c')`, `D = psi (c' - c)`: what the weight of the edge has
-//! as `A Q + D (q' - q)`. In the terms of [`crate::forms::constant_bound`], `q <= Q`, and q errs by no more of itself than Q does, so that
+//! A share is `q (A -+ D)`, q one over the distance of its end, `A = chi (c + c')`, `D = psi (c' - c)`: the terms that the weight of the edge
+//! has as `A Q + D (q' - q)`. In the terms of [`crate::forms::constant_bound`], `q <= Q`, and q errs by no more of itself than Q does, so that
 //! the size and the error of a share are at most those derived for the weight, and two roundings of its own. The derivative by a vertex is
 //! `N to + N' from` of its two edges, the gradient minus the sum of all. The irradiance vector errs as its product with n1 does, with
 //! `|n1.N|` replaced by 1.
@@ -35,7 +35,7 @@ pub(crate) struct Shared {
     pub(crate) irradiance_errors: [f64; 2],
     pub(crate) gradient: Vec3<f64>,
     pub(crate) gradient_error: f64,
-    /// The derivatives by the vertices; what is beyond their number is without meaning.
+    /// The derivatives by the vertices; entries beyond their number are without meaning.
     pub(crate) vertices: [Vec3<f64>; MOST],
     pub(crate) vertex_errors: [f64; MOST],
 }

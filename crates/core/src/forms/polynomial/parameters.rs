@@ -10,7 +10,7 @@
 //!   At r = p - h n2, p from the foot point, `G.r = g.p - h n2.G`, so that `R[lambda_k G.r] = R[lambda_k g.p] - E[lambda_k n2.G]`.
 //!   The derivative by a coefficient is `E` of its function. An affine F is given by its value at vertex 0, and moves with that.
 //!
-//! What the edges add as they move is in [`crate::forms::hats`].
+//! The terms that the edges add as they move are in [`crate::forms::hats`].
 
 use radgrad_numbers::offset::offset;
 use radgrad_numbers::real::Real;
@@ -25,7 +25,7 @@ use crate::problem::receiver::Receiver;
 
 /// Derivatives without the factor rho/pi.
 pub(crate) struct ByParameters<T> {
-    /// By each vertex, but for what its edges add.
+    /// By each vertex, but for the terms that its edges add.
     pub(crate) vertices: Vec<Vec3<T>>,
     /// By each parameter of the emission.
     pub(crate) emission: Vec<Parameter<T>>,
@@ -44,7 +44,7 @@ impl<T> Parameter<T> {
     }
 }
 
-/// An emission as a function around the foot point of x, with what of it depends on parameters.
+/// An emission as a function around the foot point of x, with those parts of it that depend on parameters.
 pub(crate) struct Parameters<'a, T> {
     receiver: &'a Receiver,
     emitter: &'a Emitter,
@@ -86,16 +86,16 @@ impl<'a, T: Real> Parameters<'a, T> {
                 shares.into_iter().map(Parameter::value).collect()
             }
             Emission::Linear(Linear::Gradient { gradient, .. }) => {
-                let all = within.irradiance(&constant(T::exact(1.0)));
+                let irradiance = within.irradiance(&constant(T::exact(1.0)));
                 let gradient = Vec3::from(*gradient).map(|c| T::exact(c).scaled(self.emitter.power()).scaled(1.0 / self.power));
                 self.add_moved_across(&mut vertices, &constant(gradient.dot(self.n2)), within);
-                vertices[0] = vertices[0] - gradient * all;
+                vertices[0] = vertices[0] - gradient * irradiance;
                 let first: Vec3<T> = offset(self.emitter.polygon().vertices()[0], self.receiver.position(), self.power);
                 let (zero, one) = (T::exact(0.0), T::exact(1.0));
                 let along = |axis: usize, slope| within.irradiance(&affine(-self.axes[axis].dot(first), slope));
                 let Vec3 { x, y, z } = self.axes[0] * along(0, [one, zero]) + self.axes[1] * along(1, [zero, one]);
                 let slopes = [x, y, z].map(|derivative| Parameter { derivative, is_slope: true });
-                std::iter::once(Parameter::value(all)).chain(slopes).collect()
+                std::iter::once(Parameter::value(irradiance)).chain(slopes).collect()
             }
             Emission::Polynomial(_) => {
                 let Some(plane) = self.emitter.polynomial() else { return ByParameters { vertices, emission: Vec::new() } };

@@ -104,7 +104,7 @@ impl<T: Real> PolynomialSum<T> {
         }
     }
 
-    /// Adds those of the value; returns the segment of the plane, and where and along what it lies.
+    /// Adds those of the value; returns the segment of the plane, and its place and its direction.
     #[inline]
     fn add_value(&mut self, arc: &Arc<T>) -> (Segment<T>, [T; 2], [T; 2]) {
         let SeenPolynomial { n2, height, .. } = self.seen;

@@ -3,24 +3,24 @@
 use super::pairs::{Counts, Known, Near, RayFactors, parts};
 use crate::Error;
 
-/// What [`RayFactors::to_bytes`] begins with.
+/// The first bytes of [`RayFactors::to_bytes`].
 const BEGIN: &[u8; 16] = b"radgrad by rays1";
 
 impl RayFactors {
     /// All of it as bytes, to be kept or sent.
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {
-        let Self { faces, known, counts, near, open, scale, dropped, .. } = self;
+        let Self { faces, known: setup, counts, near, open, scale, dropped, .. } = self;
         let mut bytes = BEGIN.to_vec();
         let whole = |bytes: &mut Vec<u8>, number: usize| bytes.extend((number as u64).to_le_bytes());
         let short = |bytes: &mut Vec<u8>, all: &[u32]| all.iter().for_each(|number| bytes.extend(number.to_le_bytes()));
         let real = |bytes: &mut Vec<u8>, all: &[f64]| all.iter().for_each(|number| bytes.extend(number.to_le_bytes()));
         whole(&mut bytes, counts.len());
         whole(&mut bytes, faces.len());
-        bytes.extend(known.rays.to_le_bytes());
-        real(&mut bytes, &[known.logarithm, known.confidence, *dropped]);
+        bytes.extend(setup.rays.to_le_bytes());
+        real(&mut bytes, &[setup.logarithm, setup.confidence, *dropped]);
         faces.iter().for_each(|face| bytes.extend(super::short(*face).to_le_bytes()));
-        real(&mut bytes, &known.areas);
+        real(&mut bytes, &setup.areas);
         real(&mut bytes, scale);
         short(&mut bytes, open);
         for (of_face, near) in counts.iter().zip(near) {
@@ -55,8 +55,8 @@ impl RayFactors {
         let is_place = |face: usize, above: usize| face > above && face < count;
         let (mut counts, mut near) = (Vec::new(), Vec::new());
         for face in 0..count {
-            let [all, often, beside] = [bytes.length()?, bytes.length()?, bytes.length()?];
-            let of_face = Counts { faces: bytes.shorts(all)?, few: bytes.take(all)?.to_vec(), many: bytes.shorts(often)? };
+            let [pairs, often, beside] = [bytes.length()?, bytes.length()?, bytes.length()?];
+            let of_face = Counts { faces: bytes.shorts(pairs)?, few: bytes.take(pairs)?.to_vec(), many: bytes.shorts(often)? };
             let is_whole = of_face.few.iter().filter(|few| **few == u8::MAX).count() == often;
             let are_places = of_face.faces.iter().all(|other| is_place(*other as usize, face));
             let is_ascending = of_face.faces.windows(2).all(|two| two[0] < two[1]);
@@ -78,8 +78,8 @@ impl RayFactors {
         let are_scales = scale.iter().all(|scale| (0.0..=2.0).contains(scale));
         let is_all = bytes.0.is_empty() && are_faces && are_asked && are_scales && areas.iter().all(is_positive);
         is_all.then_some(())?;
-        let (parts, known) = (parts(&counts), Known { areas, rays, logarithm, confidence });
-        let mut factors = Self { faces, known, counts, parts, near, open, scale, sums: Vec::new(), dropped };
+        let (parts, setup) = (parts(&counts), Known { areas, rays, logarithm, confidence });
+        let mut factors = Self { faces, known: setup, counts, parts, near, open, scale, sums: Vec::new(), dropped };
         factors.sums = factors.row_sums();
         // A row is above 1 by no more than bounds of near pairs.
         factors.sums.iter().all(|sum| *sum <= 1.0 + 1e-6).then_some(factors)
@@ -91,8 +91,8 @@ struct Bytes<'a>(&'a [u8]);
 
 impl<'a> Bytes<'a> {
     fn take(&mut self, count: usize) -> Option<&'a [u8]> {
-        let (taken, rest) = self.0.split_at_checked(count)?;
-        self.0 = rest;
+        let (taken, tail) = self.0.split_at_checked(count)?;
+        self.0 = tail;
         Some(taken)
     }
 
@@ -101,12 +101,12 @@ impl<'a> Bytes<'a> {
     }
 
     fn shorts(&mut self, count: usize) -> Option<Vec<u32>> {
-        let (all, _) = self.take(count.checked_mul(4)?)?.as_chunks();
-        Some(all.iter().map(|bytes| u32::from_le_bytes(*bytes)).collect())
+        let (chunks, _) = self.take(count.checked_mul(4)?)?.as_chunks();
+        Some(chunks.iter().map(|bytes| u32::from_le_bytes(*bytes)).collect())
     }
 
     fn reals(&mut self, count: usize) -> Option<Vec<f64>> {
-        let (all, _) = self.take(count.checked_mul(8)?)?.as_chunks();
-        Some(all.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect())
+        let (chunks, _) = self.take(count.checked_mul(8)?)?.as_chunks();
+        Some(chunks.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect())
     }
 }

@@ -1,7 +1,7 @@
 //! The rays of a face: uniform over its area, by the cosine over the directions before it.
 //!
 //! The four numbers of a ray, two of its origin and two of its direction, are uniform in a cell of a grid over all four: one ray a cell. So rays are
-//! independent of each other, and what they meet is the sum of independent trials whose mean probability is the factor. Cells of a direction
+//! independent of each other, and their hits are the sum of independent trials whose mean probability is the factor. Cells of a direction
 //! come one after the other, and directions along a line that turns back at its ends: rays that follow each other go to about the same place.
 //!
 //! Random numbers are those of `ChaCha`, eight rounds, in a stream of the face: they depend on the seed and on the face alone.
@@ -21,7 +21,7 @@ pub(super) struct Grid {
 }
 
 impl Grid {
-    /// With at least so many cells. What is met depends more on directions: origins have the sixth root of them.
+    /// With at least so many cells. The face that a ray meets depends more on directions: origins have the sixth root of them.
     pub(super) fn of(rays: u32) -> Self {
         let origins = (1_u32..).take_while(|side| u64::from(*side).pow(6) <= u64::from(rays)).last().unwrap_or(1);
         let wanted = rays.div_ceil(origins * origins);
@@ -49,11 +49,11 @@ impl Source {
             let [a, b, c, d] = patch.corners;
             [[a, b, c], [a, c, d]].into_iter().take(if c == d { 1 } else { 2 })
         };
-        let all: Vec<[DVec3; 3]> = patches(polygon.vertices()).into_iter().flat_map(halves).collect();
+        let pieces: Vec<[DVec3; 3]> = patches(polygon.vertices()).into_iter().flat_map(halves).collect();
         let area = |[a, b, c]: &[DVec3; 3]| (*b - *a).cross(*c - *a).length();
-        let whole: f64 = all.iter().map(area).sum();
+        let whole: f64 = pieces.iter().map(area).sum();
         let mut before = 0.0;
-        let triangles = all.iter().map(|triangle| {
+        let triangles = pieces.iter().map(|triangle| {
             let share = area(triangle) / whole;
             before += share;
             (*triangle, before - share, share)
@@ -137,8 +137,8 @@ mod tests {
     #[test]
     fn a_grid_has_at_least_the_rays_that_are_asked_for_and_not_many_more() {
         for rays in [1, 2, 5, 100, 1024, 10_000, 123_456, 7_000_000] {
-            let found = Grid::of(rays).rays();
-            assert!(found >= u64::from(rays) && found as f64 <= 1.2 * f64::from(rays) + 4.0, "{rays}: {found}");
+            let count = Grid::of(rays).rays();
+            assert!(count >= u64::from(rays) && count as f64 <= 1.2 * f64::from(rays) + 4.0, "{rays}: {count}");
         }
     }
 }

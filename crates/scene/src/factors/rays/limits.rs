@@ -9,7 +9,7 @@ use std::sync::OnceLock;
 
 use super::super::smaller;
 
-/// Steps of the search for a limit: each halves what is left.
+/// Steps of the search for a limit: each halves the range.
 const STEPS: u32 = 60;
 
 /// Success of k trials out of so many, for intervals that each fail with this probability: limits are kept for the small k, of which there are many.
@@ -25,8 +25,8 @@ impl Limits {
     /// `logarithm` is `ln(2/delta)`.
     pub(super) fn new(trials: f64, logarithm: f64) -> Self {
         const KEPT: u32 = 1 << 12;
-        let known = (0..KEPT).map(|_| OnceLock::new()).collect();
-        Self { trials, most: logarithm / trials, known }
+        let cache = (0..KEPT).map(|_| OnceLock::new()).collect();
+        Self { trials, most: logarithm / trials, known: cache }
     }
 
     /// Limits of the mean probability.

@@ -5,7 +5,7 @@ use super::limits::sum_limits;
 use super::pairs::RayFactors;
 use crate::Error;
 
-/// `F q`, what each face gets of what all send, by [`RayFactors`].
+/// `F q`, the amounts that faces get of the amounts that all send, by [`RayFactors`].
 ///
 /// ```
 /// use radgrad_scene::{Degenerate, FactorOperator, FormFactors, RaySettings, Scene};
@@ -32,7 +32,8 @@ pub struct FactorOperator {
 pub struct Certified {
     /// `F q`.
     pub product: Vec<f64>,
-    /// Its error in each face is at most this, in all of them with the confidence of the factors, if the numbers were chosen without looking at what rays met.
+    /// Its error in each face is at most this, in all of them with the confidence of the factors, if the numbers were chosen without looking
+    /// at the counts.
     pub error: Vec<f64>,
 }
 
@@ -41,7 +42,7 @@ impl FactorOperator {
     #[must_use]
     pub fn new(factors: RayFactors) -> Self {
         let mut operator = Self { factors, error: 0.0 };
-        // What is counted of numbers from 0 to 1 is at most what is counted of ones; and there are two signs.
+        // The counted sum of numbers from 0 to 1 is at most that of ones; and there are two signs.
         let ones = vec![1.0; operator.factors.len()];
         let counted = operator.plain(&ones).into_iter().fold(0.0, larger);
         let moved = operator.moved(&ones).into_iter().fold(0.0, larger);
@@ -68,8 +69,8 @@ impl FactorOperator {
         self.factors.is_empty()
     }
 
-    /// What a product's error is at most in each face, over the largest of the numbers, with the confidence of the factors: whatever they are, if they
-    /// were chosen without looking at what rays met. [`Self::certified`] has narrower ones.
+    /// The bound of a product's error in each face, over the largest of the numbers, with the confidence of the factors: whatever they are, if they
+    /// were chosen without looking at the counts. [`Self::certified`] has narrower ones.
     #[must_use]
     pub const fn error(&self) -> f64 {
         self.error
@@ -100,11 +101,11 @@ impl FactorOperator {
         let mut error = self.near_errors(q);
         for sign in [1.0, -1.0] {
             let part: Vec<f64> = q.iter().map(|q| larger(sign * q, 0.0)).collect();
-            let most = part.iter().copied().fold(0.0, larger);
-            if most > 0.0 {
+            let peak = part.iter().copied().fold(0.0, larger);
+            if peak > 0.0 {
                 let plain = self.plain(&part);
                 for ((error, sum), moved) in error.iter_mut().zip(plain).zip(self.moved(&part)) {
-                    *error += self.chance(sum, most) + moved;
+                    *error += self.chance(sum, peak) + moved;
                 }
             }
         }
@@ -136,7 +137,7 @@ impl FactorOperator {
         one * larger(high - counted, counted - low)
     }
 
-    /// How far what multiplies the counted pairs moves a product of numbers not below 0.
+    /// How far the multipliers of the counted pairs move a product of numbers not below 0.
     fn moved(&self, q: &[f64]) -> Vec<f64> {
         let scale = self.factors.scale();
         // |x_i x_j - 1| <= |x_i - 1| x_j + |x_j - 1|

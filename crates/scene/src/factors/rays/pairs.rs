@@ -72,7 +72,7 @@ impl Near {
     }
 }
 
-/// What is known of the scene and of what was asked.
+/// The areas of the scene and the settings of its rays.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Known {
     /// Areas in the unit of exchanges.
@@ -106,9 +106,9 @@ pub struct RayFactors {
     pub(super) near: Vec<Vec<Near>>,
     /// Rays of each face that met no other.
     pub(super) open: Vec<u32>,
-    /// What each counted exchange of a face is multiplied by: see [`super`].
+    /// The multiplier of each face's counted exchanges: see [`super`].
     pub(super) scale: Vec<f64>,
-    /// What the rows sum to.
+    /// The sums of the rows.
     pub(super) sums: Vec<f64>,
     /// Factors below this were left out, those of the smaller face.
     pub(super) dropped: f64,
@@ -155,7 +155,7 @@ impl RayFactors {
                 }
             }
             for (i, back) in block.clone().zip(back) {
-                // What is below of its own is of pairs that were pooled before.
+                // Its own counts of lower faces are of pairs that were pooled before.
                 let own = std::mem::take(&mut rows[i]);
                 let above = own.partition_point(|&(to, _)| to as usize <= i);
                 counts.push(known.pooled(i, [&own[above..], &back], &near[i]));
@@ -187,22 +187,22 @@ impl RayFactors {
         self
     }
 
-    /// Finds what exchanges are multiplied by: `x_i (sum_j E_ij x_j + S_i) = A_i` less what near faces take, with what rays saw of the open, S.
+    /// Finds the multipliers of exchanges: `x_i (sum_j E_ij x_j + S_i) = A_i` less the area that near faces take, with the open area S that rays saw.
     fn close(&mut self) {
         const ROUNDS: usize = 100;
         // Beyond this it is no matter of chance, and left to the open.
         const RANGE: [f64; 2] = [0.5, 2.0];
-        let (count, left) = (self.counts.len(), self.left());
+        let (count, residual) = (self.counts.len(), self.left());
         let open: Vec<f64> = (0..count).map(|i| f64::from(self.open[i]) * self.known.areas[i] / self.known.rays as f64).collect();
         let mut scale = vec![1.0; count];
         for _ in 0..ROUNDS {
             let taken = self.exchanged(&scale);
             let mut worst = 0.0;
             for i in 0..count {
-                let all = scale[i] * (taken[i] + open[i]);
-                if all > 0.0 {
-                    let share = larger(left[i], 0.0) / all;
-                    worst = larger(worst, (left[i] - all).abs() / self.known.areas[i]);
+                let total = scale[i] * (taken[i] + open[i]);
+                if total > 0.0 {
+                    let share = larger(residual[i], 0.0) / total;
+                    worst = larger(worst, (residual[i] - total).abs() / self.known.areas[i]);
                     scale[i] = (scale[i] * share.sqrt()).clamp(RANGE[0], RANGE[1]);
                 }
             }
@@ -213,11 +213,11 @@ impl RayFactors {
         // No row is above 1: the larger excess of the two of a pair takes both down.
         let taken = self.exchanged(&scale);
         for i in 0..count {
-            let all = scale[i] * taken[i];
+            let total = scale[i] * taken[i];
             // Near faces may take more than all, by a rounding.
-            let most = larger(left[i], 0.0);
-            if all > most {
-                scale[i] *= most / all * (1.0 - 4.0 * f64::EPSILON);
+            let limit = larger(residual[i], 0.0);
+            if total > limit {
+                scale[i] *= limit / total * (1.0 - 4.0 * f64::EPSILON);
             }
         }
         self.scale = scale;
@@ -226,22 +226,22 @@ impl RayFactors {
 
     /// Of each face the area that near faces leave.
     fn left(&self) -> Vec<f64> {
-        let mut left = self.known.areas.clone();
+        let mut residual = self.known.areas.clone();
         for (i, near) in self.near.iter().enumerate() {
             for near in near {
-                left[i] -= near.area;
-                left[near.face as usize] -= near.area;
+                residual[i] -= near.area;
+                residual[near.face as usize] -= near.area;
             }
         }
-        left
+        residual
     }
 
     pub(super) fn row_sums(&self) -> Vec<f64> {
-        let (left, taken, areas) = (self.left(), self.exchanged(&self.scale), &self.known.areas);
-        (0..self.len()).map(|i| (areas[i] - left[i] + self.scale[i] * taken[i]) / areas[i]).collect()
+        let (residual, taken, areas) = (self.left(), self.exchanged(&self.scale), &self.known.areas);
+        (0..self.len()).map(|i| (areas[i] - residual[i] + self.scale[i] * taken[i]) / areas[i]).collect()
     }
 
-    /// Of each face the counted exchanges, each times what `x` is of the other face.
+    /// Of each face the counted exchanges, each times the `x` of the other face.
     fn exchanged(&self, x: &[f64]) -> Vec<f64> {
         let [counted, _] = self.products([x, &vec![0.0; x.len()]]);
         counted
@@ -325,7 +325,7 @@ impl RayFactors {
         2 * self.near.iter().flatten().filter(|near| near.is_seen()).count()
     }
 
-    /// What a factor that is not stored is at most, with the same confidence: that of the smaller face of a pair, as the other one is smaller yet.
+    /// The upper limit of a factor that is not stored, with the same confidence: that of the smaller face of a pair, as the other one is smaller yet.
     #[must_use]
     pub fn absent(&self) -> f64 {
         let n = self.known.rays as f64;
@@ -384,7 +384,7 @@ impl RayFactors {
         let Some(faces) = self.faces.get(block) else { return Vec::new() };
         let (Some(&first), Some(&last)) = (faces.first(), faces.last()) else { return Vec::new() };
         let span = first..last + 1;
-        // What faces below have of these.
+        // The entries of these that faces below have.
         let mut below: Vec<Vec<RayEntry>> = vec![Vec::new(); span.len()];
         for i in 0..last {
             for (j, hits) in self.counts[i].within(&span) {
@@ -412,7 +412,7 @@ impl RayFactors {
         faces.iter().map(row).collect()
     }
 
-    /// The factor from face i to face j by what was counted.
+    /// The factor from face i to face j by the counts.
     fn entry(&self, (i, j): (usize, usize), hits: u32, limits: &[Limits; 2]) -> RayEntry {
         let (weight, trials) = self.known.weight(i.min(j), i.max(j));
         let area = self.known.areas[i];
@@ -420,8 +420,8 @@ impl RayFactors {
         let limits = &limits[usize::from(trials > self.known.rays as f64)];
         let [lower, upper] = limits.of(hits).map(|share| share * trials * weight / area);
         // No face exchanges more than its area.
-        let most = smaller(1.0, self.known.areas[j] / area);
-        RayEntry { face: j, factor, lower: smaller(lower, factor), upper: larger(smaller(upper, most), factor), is_exact: false }
+        let bound = smaller(1.0, self.known.areas[j] / area);
+        RayEntry { face: j, factor, lower: smaller(lower, factor), upper: larger(smaller(upper, bound), factor), is_exact: false }
     }
 
     fn near_entry(&self, (i, j): (usize, usize), near: &Near) -> RayEntry {
@@ -436,7 +436,7 @@ impl RayFactors {
 }
 
 impl Known {
-    /// Of the pairs of a face with higher ones what was counted from here and from there, both ascending, but for those that are known otherwise.
+    /// Of the pairs of a face with higher ones the counts from here and from there, both ascending, but for those that are known otherwise.
     fn pooled(&self, i: usize, [own, back]: [&[(u32, u32)]; 2], near: &[Near]) -> Counts {
         let mut counts = Counts::default();
         let (mut own, mut back) = (own.iter().peekable(), back.iter().peekable());

@@ -61,10 +61,10 @@ fn intervals_miss_the_truth_no_more_often_than_stated() {
     let delta = 0.1;
     let (mut intervals, mut misses, mut open_misses, mut widest) = (0, 0, 0, 0.0);
     for seed in 1..=8 {
-        let mut found = of(&factors, 2000, seed);
-        found.known.logarithm = libm::log(2.0 / delta);
-        let absent = found.absent();
-        for RayRow { face, entries, open } in all(&found) {
+        let mut estimates = of(&factors, 2000, seed);
+        estimates.known.logarithm = libm::log(2.0 / delta);
+        let absent = estimates.absent();
+        for RayRow { face, entries, open } in all(&estimates) {
             let mut is_there = vec![false; count];
             for entry in &entries {
                 is_there[entry.face] = true;
@@ -127,9 +127,9 @@ fn a_face_that_only_near_faces_are_before_closes_too() {
     let read = Scene::read(concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/scenes/two_blocks.obj"), crate::Degenerate::Refuse);
     for scene in [room(1, true), read.unwrap()] {
         let factors = FormFactors::new(&scene).unwrap();
-        let found = of(&factors, 1000, 1);
-        assert!(factors.faces().into_iter().all(|face| (0.0..1e-6).contains(&found.open(face))));
-        assert!(FactorOperator::new(found).error() < 1.0);
+        let estimates = of(&factors, 1000, 1);
+        assert!(factors.faces().into_iter().all(|face| (0.0..1e-6).contains(&estimates.open(face))));
+        assert!(FactorOperator::new(estimates).error() < 1.0);
     }
 }
 
@@ -143,10 +143,10 @@ fn values_are_nearer_the_truth_with_more_rays_and_near_pairs_are_exact() {
         let (mut sum, mut exact) = (0.0, 0);
         for RayRow { face, entries, .. } in all(&of(&factors, rays, 3)) {
             for entry in entries {
-                let off = (entry.factor - truth.factor(face, entry.face)).abs();
-                sum += off * off;
+                let deviation = (entry.factor - truth.factor(face, entry.face)).abs();
+                sum += deviation * deviation;
                 exact += usize::from(entry.is_exact);
-                assert!(!entry.is_exact || off < 1e-6, "{face} {entry:?}");
+                assert!(!entry.is_exact || deviation < 1e-6, "{face} {entry:?}");
             }
         }
         assert!(exact > 100, "{exact}");
@@ -169,9 +169,9 @@ fn answers_depend_on_no_division_of_the_work() {
         let parts = pool.install(|| {
             let mut parts = factors.count_rays(rows / 3..rows, &settings, |_| ()).unwrap();
             parts.extend(factors.count_rays(0..rows / 3, &settings, |_| ()).unwrap());
-            let found = factors.by_rays(parts, &settings).unwrap();
+            let estimates = factors.by_rays(parts, &settings).unwrap();
             let q: Vec<f64> = (0..scene.faces().len()).map(|face| (face as f64).sin()).collect();
-            (FactorOperator::new(found.clone()).apply(&q).unwrap(), found)
+            (FactorOperator::new(estimates.clone()).apply(&q).unwrap(), estimates)
         });
         assert_eq!(parts.1, whole);
         let q: Vec<f64> = (0..scene.faces().len()).map(|face| (face as f64).sin()).collect();
@@ -244,14 +244,14 @@ fn what_no_rays_can_have_met_and_what_cannot_be_asked_for_is_refused() {
 #[test]
 fn factors_are_kept_to_the_last_bit_and_damaged_bytes_are_refused() {
     let scene = room(3, false);
-    let found = of(&FormFactors::new(&scene).unwrap(), 3000, 1).without_below(1e-3);
-    let bytes = found.to_bytes();
-    assert_eq!(RayFactors::from_bytes(&bytes).unwrap(), found);
-    assert!(bytes.len() < 12 * found.stored(), "{}", bytes.len());
+    let estimates = of(&FormFactors::new(&scene).unwrap(), 3000, 1).without_below(1e-3);
+    let bytes = estimates.to_bytes();
+    assert_eq!(RayFactors::from_bytes(&bytes).unwrap(), estimates);
+    assert!(bytes.len() < 12 * estimates.stored(), "{}", bytes.len());
     for end in (0..bytes.len()).step_by(97) {
         assert!(RayFactors::from_bytes(&bytes[..end]).is_err(), "{end}");
     }
-    // What is changed is refused, or is other factors whose rows can be asked for.
+    // Changed bytes are refused, or are other factors whose rows can be asked for.
     for at in (0..bytes.len()).step_by(23) {
         let mut changed = bytes.clone();
         changed[at] ^= 0x80;
