@@ -150,8 +150,13 @@ impl Rates {
         let all = || std::iter::once(emitter.polygon()).chain(occluders);
         let least = all().map(|polygon| least_length(polygon, x)).fold(f64::INFINITY, smallest);
         let farthest = all().flat_map(|polygon| polygon.vertices()).map(|v| length(*v - x)).fold(0.0, largest);
-        // Polygons that share vertices, as the faces of a box, go on sharing them on every second path.
-        let common = (path % 4 > 1).then(|| Affine::random(x, random));
+        // Polygons that share vertices, as the faces of a box, go on sharing them: apart, one or the other would hide more along the path.
+        let polygons: Vec<&Polygon> = all().collect();
+        let is_shared = |(index, polygon): (usize, &&Polygon)| {
+            polygons[..index].iter().any(|other| other.vertices().iter().any(|vertex| polygon.vertices().contains(vertex)))
+        };
+        let is_together = path % 4 > 1 || polygons.iter().enumerate().any(is_shared);
+        let common = is_together.then(|| Affine::random(x, random));
         let mut motion = |polygon: &Polygon| match &common {
             Some(map) => map.rates(polygon, least / farthest),
             None if polygon.vertices().len() == 3 => polygon.vertices().iter().map(|_| random.cube() * least).collect(),
