@@ -27,6 +27,7 @@ use radgrad_numbers::vec3::Vec3;
 
 use crate::boundary::case::Case;
 use crate::boundary::plan::Plan;
+use crate::boundary::visibility::not_flat::largest;
 use crate::derivatives::sums::Sums;
 use crate::error::Error;
 use crate::forms::edge_lanes::shares::{self, Shared};
@@ -236,7 +237,7 @@ impl Derivatives {
         let [of_vector, of_component] = shared.irradiance_errors;
         let component = unit_normal::<f64>(receiver).dot(shared.irradiance);
         let vertices = shared.vertices.map(|vertex| vertex * emission);
-        let sizes = vertices[..count].iter().map(|vertex| vertex.norm()).fold(0.0, f64::max);
+        let sizes = vertices[..count].iter().map(|vertex| vertex.norm()).fold(0.0, largest);
         let vertex_errors = shared.vertex_errors.map(|error| error * emission.abs());
         let meets = |error: f64, size: f64| error <= tolerance * size;
         let is_met = meets(of_component, component.abs())

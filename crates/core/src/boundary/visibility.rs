@@ -14,7 +14,7 @@
 //! that of other surfaces through vertices that are not in one plane.
 
 mod boundary;
-mod not_flat;
+pub(crate) mod not_flat;
 mod part;
 mod separation;
 mod shadow;

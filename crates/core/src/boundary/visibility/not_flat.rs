@@ -329,7 +329,7 @@ fn length(v: DVec3) -> f64 {
 }
 
 /// The larger of two lengths; NaN if either is.
-fn largest(a: f64, b: f64) -> f64 {
+pub(crate) fn largest(a: f64, b: f64) -> f64 {
     if b > a || b.is_nan() { b } else { a }
 }
 
