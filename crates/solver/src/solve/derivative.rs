@@ -206,13 +206,6 @@ impl Solution {
         Ok(())
     }
 
-    /// Coefficients of a constant on an element.
-    fn even(&self, element: usize, value: f64) -> Vec<f64> {
-        let mut coefficients = vec![0.0; self.basis(element).len()];
-        coefficients[0] = value;
-        coefficients
-    }
-
     /// Solves for the importance by the part that comes at once, which is reflected on leaves as the light of lamps is.
     fn importance_from(&self, first: Field) -> Result<Importance, Error> {
         let (mesh, channels) = (&self.system.mesh, self.system.channels.len());
@@ -292,7 +285,7 @@ mod tests {
     use crate::{Options, solve};
     use radgrad_core::Polygon;
 
-    /// A box of six faces, 2 by 3 by 2.5, with a lamp below its ceiling, a plate between the two and a pillar, of these reflectances and
+    /// A box of six faces, 2 by 3 by 2.5, with a lamp below its ceiling, and a plate beside it, of these reflectances and
     /// emissions.
     fn room(reflectance: &[f64; 8], emission: &[f64; 8]) -> Scene {
         let mut scene = Scene::new(["grey"]).unwrap();

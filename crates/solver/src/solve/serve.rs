@@ -99,15 +99,10 @@ impl Solution {
     /// channels.
     fn source_of_importance(&self, seen: &[Seen]) -> Vec<Vec<f64>> {
         let (mesh, channels, count) = (&self.system.mesh, self.channels().len(), seen.len() as f64);
-        let constant = |element: usize, value: f64| {
-            let mut coefficients = vec![0.0; mesh.basis(element).len()];
-            coefficients[0] = value;
-            coefficients
-        };
         let mut field = Field::dark(mesh, channels);
         let mut add = |element: usize, channel: usize, density: f64| {
             if density > 0.0 {
-                field.add(mesh, element, channel, &constant(element, density));
+                field.add(mesh, element, channel, &self.even(element, density));
             }
         };
         let mut of_clusters = vec![vec![0.0; mesh.clusters().clusters().len()]; channels];
@@ -128,7 +123,7 @@ impl Solution {
         for &receiver in &self.system.receivers {
             let sent = |(channel, rho): (usize, &f64)| {
                 let direct = field.coefficients(receiver, channel)[0];
-                constant(receiver, rho * direct)
+                self.even(receiver, rho * direct)
             };
             source[receiver] = self.reflectance_of(receiver).iter().enumerate().flat_map(sent).collect();
         }

@@ -189,15 +189,19 @@ impl Solution {
 
     /// Coefficients of an element's emission that is of no lamp kept apart.
     pub(crate) fn emitted_on(&self, element: usize, channel: usize) -> Vec<f64> {
-        let (len, face) = (self.basis(element).len(), self.element(element).face());
+        let face = self.element(element).face();
         match self.system.surfaces.pattern(element, channel) {
             Some(pattern) if self.system.surfaces.glows_by_texture(face) => pattern.emitted().to_vec(),
-            _ => {
-                let mut even = vec![0.0; len];
-                even[0] = if self.is_lamp(face) { 0.0 } else { self.system.surfaces.emitted[face][channel] };
-                even
-            }
+            _ if self.is_lamp(face) => self.even(element, 0.0),
+            _ => self.even(element, self.system.surfaces.emitted[face][channel]),
         }
+    }
+
+    /// Coefficients of a constant on an element.
+    pub(super) fn even(&self, element: usize, value: f64) -> Vec<f64> {
+        let mut coefficients = vec![0.0; self.basis(element).len()];
+        coefficients[0] = value;
+        coefficients
     }
 
     /// Whether the emission of a face is a lamp's, kept apart.
