@@ -56,7 +56,7 @@ impl<const N: usize> Bounded<N> {
             return Ok(Some(answer));
         }
         #[cfg(feature = "arbitrary-precision")]
-        {
+        if !case.is_error_of_input([fine.error, Q::norm(fine.components), rough.error]) {
             let find = || Some(Q::find::<Ball<Big>>(case)?.map(Enclosure::from_ball));
             let is_open = |components: &[Enclosure; N]| {
                 (case.is_of_one_scale() && is_nothing(components)) || Enclosed::is_coincidence(case)

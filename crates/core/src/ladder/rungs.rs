@@ -127,11 +127,16 @@ impl Evaluated {
     }
 }
 
-/// The end of a climb: the accepted answer, or the result of the last rung.
+/// The end of a climb: the accepted answer, or the result in double-double; the latter apart where its error is the input's.
 pub(super) enum Climb<A> {
     Met(A),
     Last(Evaluated),
+    LastOfInput(Evaluated),
 }
+
+/// The roundoff of double-double over that of doubles is 2^-53, and a root of it falls by half of these digits. An error that falls by
+/// less than this is not rounding.
+const LEAST_FALL: f64 = 1.0 / (1_u32 << 20) as f64;
 
 /// The result of the direct attempt.
 pub(crate) enum DirectAttempt {
@@ -206,13 +211,20 @@ impl Case<'_> {
             #[cfg(feature = "arbitrary-precision")]
             Climb::Last(last) => self.narrowed(self.rounded(tolerance, &last, by_rule)?),
             #[cfg(not(feature = "arbitrary-precision"))]
-            Climb::Last(last) => match by_rule() {
-                Some(other) if other.relative_error() < last.relative_error() => {
-                    self.narrowed(self.scaled(&other, Method::Quadrature)?)
-                }
-                _ => self.narrowed(self.scaled(&last, Method::DoubleDouble)?),
-            },
+            Climb::Last(last) => self.by_rule_or(&last, by_rule),
+            Climb::LastOfInput(last) => self.by_rule_or(&last, by_rule),
         }
+    }
+
+    /// The result in double-double, or that of a Gauss rule where its bound is less.
+    #[cold]
+    #[inline(never)]
+    fn by_rule_or(&self, last: &Evaluated, by_rule: impl FnOnce() -> Option<Evaluated>) -> Result<Answer, Error> {
+        let answer = match by_rule() {
+            Some(other) if other.relative_error() < last.relative_error() => self.scaled(&other, Method::Quadrature)?,
+            _ => self.scaled(last, Method::DoubleDouble)?,
+        };
+        self.narrowed(answer)
     }
 
     /// Climbs from rung to rung up to the closed form in double-double, until a result is accepted, for a relative tolerance.
@@ -290,7 +302,11 @@ impl Case<'_> {
             return Ok(Climb::Met(answer));
         }
         let precise = self.certified::<DoubleDouble, GRADIENT>();
-        Ok(accepted(&precise, Method::DoubleDouble)?.map_or(Climb::Last(precise), Climb::Met))
+        Ok(match accepted(&precise, Method::DoubleDouble)? {
+            Some(answer) => Climb::Met(answer),
+            None if self.is_of_input(&precise, &closed_form) => Climb::LastOfInput(precise),
+            None => Climb::Last(precise),
+        })
     }
 
     /// The closed form with a running bound, with as many bits as it takes, rounded to doubles; or a Gauss rule of any cost,
@@ -321,6 +337,21 @@ impl Case<'_> {
             (_, Some(enclosed)) => enclosed.to_answer(self),
             (_, None) => self.scaled(before, Method::DoubleDouble),
         }
+    }
+
+    /// Whether an error in double-double is the input's, given that of double precision.
+    fn is_of_input(&self, precise: &Evaluated, before: &Evaluated) -> bool {
+        let radiosity = [precise.radiosity_error, precise.radiosity.abs(), before.radiosity_error];
+        let gradient = [precise.gradient_error, precise.gradient.length(), before.gradient_error];
+        [radiosity, gradient].into_iter().any(|errors| self.is_error_of_input(errors))
+    }
+
+    /// Whether an error in double-double, of something of the size that follows, is the input's, given its error in double precision: the
+    /// emitter is off a plane, or its vertex values are off one affine function, and more bits leave that as it is. Where screens may be
+    /// between, more bits may decide what is seen.
+    pub(super) fn is_error_of_input(&self, [error, size, before]: [f64; 3]) -> bool {
+        // Less the rounding to doubles.
+        self.occluders.is_empty() && self.emitter.has_defect() && error - 1.01 * ROUNDOFF * size > LEAST_FALL * before
     }
 
     /// Whether the emitter is as small as that over the distance of its farthest vertex.

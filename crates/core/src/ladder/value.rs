@@ -63,6 +63,7 @@ impl Case<'_> {
             Climb::Last(last) => self.narrowed_value(self.rounded_value(normalised, &last)?),
             #[cfg(not(feature = "arbitrary-precision"))]
             Climb::Last(last) => self.narrowed_value(self.value_of(&last, Method::DoubleDouble)?),
+            Climb::LastOfInput(last) => self.narrowed_value(self.value_of(&last, Method::DoubleDouble)?),
         }
     }
 

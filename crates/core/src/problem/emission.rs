@@ -336,6 +336,13 @@ impl Emitter {
         }
     }
 
+    /// Whether the emission differs over the surfaces that its vertices, or its values, leave open.
+    pub(crate) fn has_defect(&self) -> bool {
+        let is_off_plane = self.polygon.planarity_defect() > 0.0 && !matches!(self.emission, Emission::Constant(_));
+        // Values that are on an affine function are computed to be off it by the rounding of double-double.
+        is_off_plane || self.affine.residual * self.power > 1e-24
+    }
+
     /// The power of two by which the emission is multiplied before it is computed with.
     pub(crate) const fn power(&self) -> f64 {
         self.power

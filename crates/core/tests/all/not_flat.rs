@@ -1,6 +1,9 @@
 //! Emitters and occluders that are not flat: whatever surface spans their vertices, the answer encloses its radiosity.
 
-use radgrad_core::{Answer, DVec3, Emission, Emitter, Polygon, Receiver, evaluate, evaluate_digits};
+use radgrad_core::{
+    Answer, DVec3, Emission, Emitter, Linear, Method, Polygon, Receiver, Tolerance, evaluate, evaluate_digits, evaluate_to,
+    evaluate_value,
+};
 use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
 
 /// The two ways to split four vertices into triangles.
@@ -166,4 +169,28 @@ fn an_occluder_that_just_dips_below_the_emitter_hides_what_is_in_front() {
         hidden += usize::from(truth < evaluate(&receiver, &emitter, &[]).unwrap().radiosity * 0.999);
     }
     assert!(hidden > 200, "{hidden}");
+}
+
+#[test]
+fn digits_that_the_input_does_not_have_are_not_computed() {
+    let mut random = Random(ChaCha8Rng::seed_from_u64(9));
+    for defect in [1e-16, 1e-15, 1e-14] {
+        for _ in 0..20 {
+            let corners = random.square(DVec3::new(0.3, 0.2, 2.0), [DVec3::X, DVec3::new(0.1, 1.0, 0.3)], defect);
+            let polygon = Polygon::new(corners.to_vec()).unwrap();
+            if polygon.planarity_defect() < 1e-17 {
+                continue;
+            }
+            let gradient = random.direction();
+            let lamp = Emitter::new(polygon, Emission::Linear(Linear::Gradient { value: 5.0, gradient })).unwrap();
+            let receiver = Receiver::new(DVec3::ZERO, DVec3::Z, 0.5).unwrap();
+            let answer = evaluate_to(&receiver, &lamp, [], 0.0).unwrap();
+            let value = evaluate_value(&receiver, &lamp, [], Tolerance { relative: 0.0, absolute: 0.0 }).unwrap();
+            assert_ne!(answer.method, Method::ArbitraryPrecision, "{defect:e}");
+            assert_ne!(value.method, Method::ArbitraryPrecision, "{defect:e}");
+            // A hundred times the defect is what such a surface may change.
+            let most = 100.0 * lamp.polygon().planarity_defect() + 1e-15;
+            assert!(answer.radiosity_error < most && value.radiosity_error < most, "{defect:e}: {answer:?}");
+        }
+    }
 }
