@@ -59,17 +59,6 @@ impl Problem {
         }
     }
 
-    /// The same problem in another unit of length.
-    #[must_use]
-    pub fn scaled(&self, factor: f64) -> Self {
-        Self {
-            position: self.position * factor,
-            vertices: self.vertices.iter().map(|v| *v * factor).collect(),
-            gradient: self.gradient / factor,
-            ..*self
-        }
-    }
-
     /// The same receiver before an emitter with some of the vertices, the first among them.
     #[must_use]
     pub fn with_vertices(&self, vertices: Vec<DVec3>) -> Self {

@@ -189,16 +189,6 @@ impl Picture {
         PngBackend::new().with_scale(scale).render_scene(&self.scene)
     }
 
-    /// The picture as an SVG element for a page, with a class, and with a title and a description for those who do not see it.
-    pub(crate) fn svg_element(&self, class: &str, title: &str, description: &str) -> String {
-        let text = SvgBackend::new().render_scene(&self.scene);
-        let inside = text.split_once('>').map_or("", |(_, inside)| inside);
-        let (width, height) = (self.scene.width, self.scene.height);
-        format!(
-            "<svg class=\"{class}\" viewBox=\"0 0 {width} {height}\" role=\"img\" aria-label=\"{title} {description}\">\
-             <title>{title}</title><desc>{description}</desc>{inside}"
-        )
-    }
 }
 
 /// The dashes of a line, the last one whole: the plotting crate's own are lost at more than one pixel to a unit.

@@ -6,23 +6,13 @@
 mod audit;
 mod axis;
 mod bench;
-mod convex;
-mod effectivity;
 mod errata;
 mod heat;
 mod histogram;
-mod ledger;
-mod map;
 mod page;
-mod pictures;
-mod plates;
-mod room;
 mod rungs;
-mod shadow;
 mod side_by_side;
-mod sight;
 mod sketch;
-mod solved;
 mod svg;
 mod table;
 mod tables;
@@ -37,7 +27,6 @@ use radgrad_audit::gates::Gates;
 use crate::{files, in_workspace};
 use audit::Audit;
 use page::Page;
-use pictures::Pictures;
 
 /// Write the report of a finished audit as one HTML page
 #[derive(Debug, clap::Args)]
@@ -60,7 +49,7 @@ const MOST_BYTES: usize = 6_000_000;
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     let out = &arguments.out;
     fs::create_dir_all(out).map_err(|error| format!("{}: {error}", out.display()))?;
-    let Report { html, data, copied } = Report::read(&arguments.from, &arguments.bench, Pictures::draw()?)?;
+    let Report { html, data, copied } = Report::read(&arguments.from, &arguments.bench)?;
     for path in &copied {
         let to = out.join(path.file_name().unwrap_or_default());
         files::write(&to, fs::read(path).map_err(|error| format!("{}: {error}", path.display()))?)?;
@@ -88,23 +77,21 @@ struct Report {
 }
 
 impl Report {
-    fn read(from: &Path, bench: &Path, mut pictures: Pictures) -> Result<Self, Box<dyn Error>> {
+    fn read(from: &Path, bench: &Path) -> Result<Self, Box<dyn Error>> {
         let audit = Audit::read(from)?;
         let read = |path: &str| fs::read_to_string(in_workspace(path)).map_err(|error| format!("{path}: {error}"));
         let gates = Gates::from_toml(&read("data/gates.toml")?)?;
         let misprints = errata::read(&read("ERRATA.md")?)?;
         let (diagrams, of_bench) = bench::read(bench)?;
         let worst = worst::cases(&audit)?;
-        let mut data = vec![("errata.csv", errata::csv(&misprints)?), ("worst-cases.csv", worst::csv(&worst)?)];
-        data.append(&mut pictures.data);
+        let data = vec![("errata.csv", errata::csv(&misprints)?), ("worst-cases.csv", worst::csv(&worst)?)];
         let mut copied = audit.files.clone();
         copied.extend(["bounds-times.csv", "errors.csv"].map(|name| from.join(name)).into_iter().filter(|path| path.exists()));
         copied.extend(["data/gates.toml", "data/tables/search.csv", "data/tables/faults.csv"].map(in_workspace));
         let searched = tables::searched(&read("data/tables/search.csv")?)?;
         let faults = tables::faults(&read("data/tables/faults.csv")?)?;
         copied.extend(of_bench);
-        let html =
-            Page::new(&audit, &gates, &misprints, &worst, diagrams, pictures, (&searched, &faults)).render(&data, &copied)?;
+        let html = Page::new(&audit, &gates, &misprints, &worst, diagrams, (&searched, &faults)).render(&data, &copied)?;
         if html.len() > MOST_BYTES {
             return Err(format!("the page has {} bytes, {MOST_BYTES} are allowed", html.len()).into());
         }

@@ -159,7 +159,7 @@ fn shell(program: &str, memory: u64) -> Command {
     command
 }
 
-/// Ends the program and what it started.
+/// Ends the program and all that it started.
 fn end(child: &mut Child) {
     #[cfg(unix)]
     drop(Command::new("kill").args(["-KILL", "--", &format!("-{}", child.id())]).stderr(Stdio::null()).status());
@@ -177,7 +177,7 @@ fn answers(arguments: &Arguments, names: &[Name]) -> Result<Vec<String>, Failure
         return Err(failed("it has no input or output".to_owned()));
     };
     let asked = names.to_vec();
-    // That the program stops reading shows in what it answers.
+    // That the program stops reading shows in its answers.
     thread::spawn(move || send(input, &asked));
     // Few at once: a program that answers without end waits.
     let (sender, receiver) = sync_channel(1024);

@@ -77,7 +77,7 @@ fn probability(text: &str) -> Result<f64, String> {
 }
 
 impl Certifying {
-    /// Refuses what is asked for twice, or of points that are not there.
+    /// Refuses a request that is made twice, or of points that are not there.
     pub(crate) fn check(&self, has_points: bool) -> Result<(), String> {
         let count = |is: fn(&Word) -> bool| self.certify.iter().filter(|word| is(word)).count();
         if self.certify.contains(&Word::Off) && self.certify.len() > 1 {

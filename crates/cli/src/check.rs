@@ -25,7 +25,7 @@ pub(crate) enum Failure {
     Output(#[from] io::Error),
 }
 
-/// Prints what was found; whether every edge has its counterpart.
+/// Prints the findings; whether every edge has its counterpart.
 pub(crate) fn run(arguments: &Arguments) -> Result<bool, Failure> {
     let scene = arguments.scene.read(Materials::Optional)?;
     let found = scene.closedness();

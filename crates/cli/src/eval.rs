@@ -54,7 +54,7 @@ struct Reply {
     refused: bool,
 }
 
-/// What lines may take, and are asked for beside what they ask for themselves.
+/// The limits of lines, and the requests to all of them beside their own.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Asked {
     /// Operations a line.

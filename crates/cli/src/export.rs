@@ -63,7 +63,7 @@ fn cells(solution: &Solution) -> Vec<Cell> {
 /// The unit of the numbers in the file, for those who read the file alone.
 pub(crate) const UNIT: &str = "radiosity: pi times the unit of the scene's radiance";
 
-/// The head of a VTU file: what its numbers are of, and their units.
+/// The head of a VTU file: the quantities that its numbers are of, and their units.
 fn names_and_units(
     channels: &[String],
     scene: &Scene,

@@ -1,4 +1,4 @@
-//! `radgrad heat`: the steady heat balance of grey surfaces, from factors and what is known of surfaces.
+//! `radgrad heat`: the steady heat balance of grey surfaces, from factors and data of the surfaces.
 
 use std::collections::HashMap;
 use std::io::{self, Write};

@@ -42,7 +42,7 @@ use say::say;
 const UNITS: &str = "Units: radiance L, radiosity and emission pi L, irradiance, illuminance and
 factors are set side by side in docs/guide/units.md.";
 
-/// The end of a command's help: what its exit statuses mean.
+/// The end of a command's help: the meanings of its exit statuses.
 macro_rules! statuses {
     ($zero:literal, $one:literal, $two:literal) => {
         concat!("Exit status:\n  0  ", $zero, "\n  1  ", $one, "\n  2  ", $two)

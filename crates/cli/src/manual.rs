@@ -8,7 +8,7 @@ use clap_complete::{Shell, generate};
 use clap_mangen::Man;
 use radgrad_scene::output::write_whole;
 
-/// Prints what completes arguments in a shell.
+/// Prints the script that completes arguments in a shell.
 pub(crate) fn completions(mut program: Command, shell: Shell) -> io::Result<()> {
     let mut text = Vec::new();
     generate(shell, &mut program, "radgrad", &mut text);

@@ -1,4 +1,4 @@
-//! Lux and lumens, where the user says what the scene's radiances mean.
+//! Lux and lumens, where the user states the unit of the scene's radiances.
 
 use radgrad_solver::Solution;
 

@@ -1,4 +1,4 @@
-//! Files that must not be one and the same: what is written, and what is read.
+//! Files that must not be one and the same: those that are written, and those that are read.
 
 use std::fs;
 use std::path::{Path, PathBuf};

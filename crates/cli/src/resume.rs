@@ -8,7 +8,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use radgrad_scene::output::{Held, Unwritten};
-use radgrad_scene::{Quantity, Scene, Texture, read_file};
+use radgrad_scene::{Quantity, Scene, Texture, fnv1a, read_file};
 use radgrad_solver::Solution;
 use serde::{Deserialize, Serialize};
 
@@ -69,53 +69,37 @@ pub(crate) fn write(held: &mut Held, run: &Run, solution: &Solution) -> Result<(
     })
 }
 
-/// FNV-1a over the coordinates, the materials and which face has which, and the textures with where faces have them.
+/// A digest of the coordinates, the materials and which face has which, and the textures with where faces have them.
 pub(crate) fn fingerprint(scene: &Scene) -> String {
-    let mut hash = Fnv::new();
     // Of each texture once: materials share them, and faces materials.
     let textures = scene.materials().iter().map(|material| Quantity::ALL.map(|q| material.texture(q).map(|texture| of(texture))));
     let textures: Vec<[Option<u64>; 2]> = textures.collect();
+    let mut words = Vec::new();
     for face in scene.faces() {
-        hash.take(face.polygon().vertices().len() as u64);
-        face.polygon().vertices().iter().flat_map(|v| v.to_array()).for_each(|c| hash.take(c.to_bits()));
-        hash.take(u64::from(scene.surfaces()[face.surface()].exchanges()));
+        words.push(face.polygon().vertices().len() as u64);
+        words.extend(face.polygon().vertices().iter().flat_map(|v| v.to_array()).map(f64::to_bits));
+        words.push(u64::from(scene.surfaces()[face.surface()].exchanges()));
         let material = &scene.materials()[face.material()];
-        material.reflectance().iter().for_each(|rho| hash.take(rho.to_bits()));
-        for channel in 0..scene.channels().len() {
-            hash.take(material.emitted_radiosity(channel).unwrap_or(0.0).to_bits());
-        }
+        words.extend(material.reflectance().iter().map(|rho| rho.to_bits()));
+        let emitted = (0..scene.channels().len()).map(|channel| material.emitted_radiosity(channel).unwrap_or(0.0));
+        words.extend(emitted.map(f64::to_bits));
         for (which, (quantity, texture)) in Quantity::ALL.into_iter().zip(textures[face.material()]).enumerate() {
             let (Some(texture), Some(chart)) = (texture, face.chart(quantity)) else { continue };
-            hash.take(which as u64);
-            hash.take(texture);
+            words.extend([which as u64, texture]);
             // A chart is affine: it is known from where it has the corners.
-            let corners = face.polygon().vertices().iter().flat_map(|v| chart.coordinates(*v));
-            corners.for_each(|c| hash.take(c.to_bits()));
+            words.extend(face.polygon().vertices().iter().flat_map(|v| chart.coordinates(*v)).map(f64::to_bits));
         }
     }
-    format!("{:016x}", hash.0)
+    format!("{:016x}", digest(words))
 }
 
 /// The fingerprint of a texture.
 fn of(texture: &Texture) -> u64 {
-    let mut hash = Fnv::new();
-    texture.size().into_iter().for_each(|count| hash.take(count as u64));
-    texture.wrap().into_iter().for_each(|wrap| hash.take(wrap as u64));
-    texture.texels().iter().for_each(|value| hash.take(value.to_bits()));
-    hash.0
+    let sizes = texture.size().into_iter().map(|count| count as u64);
+    let wraps = texture.wrap().into_iter().map(|wrap| wrap as u64);
+    digest(sizes.chain(wraps).chain(texture.texels().iter().map(|value| value.to_bits())))
 }
 
-/// FNV-1a of 64 bits.
-struct Fnv(u64);
-
-impl Fnv {
-    const fn new() -> Self {
-        Self(0xcbf2_9ce4_8422_2325)
-    }
-
-    fn take(&mut self, bits: u64) {
-        for byte in bits.to_le_bytes() {
-            self.0 = (self.0 ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
-        }
-    }
+fn digest(words: impl IntoIterator<Item = u64>) -> u64 {
+    fnv1a(words.into_iter().flat_map(u64::to_le_bytes))
 }

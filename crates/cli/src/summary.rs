@@ -32,7 +32,7 @@ pub(crate) struct Summary {
     /// In the unit of the scene.
     channels: Vec<Channel>,
     surfaces: Vec<Surface>,
-    /// The rounding of the scene's coordinates, and what reading changed for it.
+    /// The rounding of the scene's coordinates, and the changes that reading made for it.
     modelling: Modelling,
     /// Properties of the scene that are probably not meant.
     warnings: Vec<String>,

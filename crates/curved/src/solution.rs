@@ -291,12 +291,6 @@ impl CurvedSolution {
         self.parts.len()
     }
 
-    /// Bound on the error of gathers over the largest radiosity.
-    #[must_use]
-    pub const fn relative_bound(&self) -> f64 {
-        self.relative
-    }
-
     /// Radiosity at the parameters of a patch, by one more gather. Of a polygon they are along its first and its last edge from its
     /// first vertex.
     ///

@@ -75,6 +75,12 @@ pub trait Doubles: Arithmetic {
         product_error(self, other, product)
     }
 
+    /// Runs an operation on double-doubles: in its place, or as a call where its code is long.
+    #[inline(always)]
+    fn run<A, R>(self, arguments: A, operation: impl Fn(A) -> R) -> R {
+        operation(arguments)
+    }
+
     /// `(k, m)` of positive normal numbers `2^k m`, m from 1 to 2.
     fn exponent_and_mantissa(self) -> (Self, Self);
 

@@ -40,6 +40,16 @@ impl<N: Number> Ball<N> {
         Self::new(mid, propagated + N::roundoff() * mid.size() * units)
     }
 
+    /// Runs an operation: in its place on doubles, as a call on wider numbers, whose code is long and stands in many places.
+    #[inline(always)]
+    fn called(operation: impl FnOnce() -> Self) -> Self {
+        #[inline(never)]
+        fn apart<R>(operation: impl FnOnce() -> R) -> R {
+            operation()
+        }
+        if N::IS_DOUBLE { operation() } else { apart(operation) }
+    }
+
     /// The number without the bound.
     pub const fn middle(self) -> N {
         self.mid
@@ -142,44 +152,50 @@ impl<N: Number> Arithmetic for Ball<N> {
     /// radius)]`.
     #[inline]
     fn sqrt(self) -> Self {
-        let root = self.mid.sqrt();
-        let propagated = if self.radius < self.size() {
-            self.radius / (root.size() + (self.size() - self.radius).sqrt() * DOWN)
-        } else {
-            (self.size() + self.radius).sqrt()
-        };
-        Self::result(root, propagated, 1.0)
+        Self::called(|| {
+            let root = self.mid.sqrt();
+            let propagated = if self.radius < self.size() {
+                self.radius / (root.size() + (self.size() - self.radius).sqrt() * DOWN)
+            } else {
+                (self.size() + self.radius).sqrt()
+            };
+            Self::result(root, propagated, 1.0)
+        })
     }
 
     /// `|ln a - ln a'| <= -ln(1 - radius/mid) <= q / (1 - q)`, `q = radius/mid`.
     #[inline]
     fn ln(self) -> Self {
-        let one = N::Radius::from(1.0);
-        let q = self.radius / self.size() * UP;
-        let propagated = if q < one { q / (one - q) * UP } else { f64::INFINITY.into() };
-        Self::result(self.mid.ln(), propagated, N::LIBRARY_UNITS)
+        Self::called(|| {
+            let one = N::Radius::from(1.0);
+            let q = self.radius / self.size() * UP;
+            let propagated = if q < one { q / (one - q) * UP } else { f64::INFINITY.into() };
+            Self::result(self.mid.ln(), propagated, N::LIBRARY_UNITS)
+        })
     }
 
     /// A disc of radius `p` around a point at distance `d` is seen under the half-angle `asin z`, `z = p/d`; `asin z <= z (1 +
     /// z^2/4)` up to 1/2 and `<= z pi/2` up to 1. Where the disc reaches the cut the angle may be off by a turn.
     #[inline]
     fn atan2(self, x: Self) -> Self {
-        let moved = self.radius + x.radius;
-        let distance = (self.size() * self.size() + x.size() * x.size()).sqrt();
-        let z = moved / distance * UP;
-        let cut = x.value() < 0.0 && self.size() <= self.radius;
-        let propagated = if moved == 0.0.into() {
-            moved
-        } else if cut {
-            std::f64::consts::TAU.into()
-        } else if z <= 0.5.into() {
-            z * (N::Radius::from(1.0) + z * z * 0.25)
-        } else if z <= 1.0.into() {
-            z * std::f64::consts::FRAC_PI_2
-        } else {
-            std::f64::consts::TAU.into()
-        };
-        Self::result(self.mid.atan2(x.mid), propagated + N::tiny(), N::LIBRARY_UNITS)
+        Self::called(|| {
+            let moved = self.radius + x.radius;
+            let distance = (self.size() * self.size() + x.size() * x.size()).sqrt();
+            let z = moved / distance * UP;
+            let cut = x.value() < 0.0 && self.size() <= self.radius;
+            let propagated = if moved == 0.0.into() {
+                moved
+            } else if cut {
+                std::f64::consts::TAU.into()
+            } else if z <= 0.5.into() {
+                z * (N::Radius::from(1.0) + z * z * 0.25)
+            } else if z <= 1.0.into() {
+                z * std::f64::consts::FRAC_PI_2
+            } else {
+                std::f64::consts::TAU.into()
+            };
+            Self::result(self.mid.atan2(x.mid), propagated + N::tiny(), N::LIBRARY_UNITS)
+        })
     }
 
     #[inline]
@@ -192,7 +208,7 @@ impl<N: Number> Add for Ball<N> {
     type Output = Self;
     #[inline]
     fn add(self, other: Self) -> Self {
-        Self::result(self.mid + other.mid, self.radius + other.radius, 1.0)
+        Self::called(|| Self::result(self.mid + other.mid, self.radius + other.radius, 1.0))
     }
 }
 
@@ -217,8 +233,10 @@ impl<N: Number> Mul for Ball<N> {
     /// `|ab - a'b'| <= |a| rb + ra (|b| + rb)`.
     #[inline]
     fn mul(self, other: Self) -> Self {
-        let propagated = self.size() * other.radius + self.radius * (other.size() + other.radius);
-        Self::result(self.mid * other.mid, propagated + N::tiny(), 1.0)
+        Self::called(|| {
+            let propagated = self.size() * other.radius + self.radius * (other.size() + other.radius);
+            Self::result(self.mid * other.mid, propagated + N::tiny(), 1.0)
+        })
     }
 }
 
@@ -227,11 +245,16 @@ impl<N: Number> Div for Ball<N> {
     /// `|a/b - a'/b'| <= (ra + |a/b| rb) / (|b| - rb)`.
     #[inline]
     fn div(self, other: Self) -> Self {
-        let mid = self.mid / other.mid;
-        let least = (other.size() - other.radius) * DOWN;
-        let propagated =
-            if least > 0.0.into() { (self.radius + mid.size() * other.radius + N::tiny()) / least } else { f64::INFINITY.into() };
-        Self::result(mid, propagated + N::tiny(), N::QUOTIENT_UNITS)
+        Self::called(|| {
+            let mid = self.mid / other.mid;
+            let least = (other.size() - other.radius) * DOWN;
+            let propagated = if least > 0.0.into() {
+                (self.radius + mid.size() * other.radius + N::tiny()) / least
+            } else {
+                f64::INFINITY.into()
+            };
+            Self::result(mid, propagated + N::tiny(), N::QUOTIENT_UNITS)
+        })
     }
 }
 

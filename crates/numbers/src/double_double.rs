@@ -132,11 +132,17 @@ impl<T: Doubles> Add for DoubleDouble<T> {
     type Output = Self;
     #[inline(always)]
     fn add(self, other: Self) -> Self {
-        let (s_hi, s_lo) = two_sum(self.hi, other.hi);
-        let (t_hi, t_lo) = two_sum(self.lo, other.lo);
-        let (v_hi, v_lo) = fast_two_sum(s_hi, s_lo + t_hi);
-        let (hi, lo) = fast_two_sum(v_hi, t_lo + v_lo);
-        Self { hi, lo }
+        self.hi.run(
+            [self, other],
+            #[inline(always)]
+            |[a, b]| {
+                let (s_hi, s_lo) = two_sum(a.hi, b.hi);
+                let (t_hi, t_lo) = two_sum(a.lo, b.lo);
+                let (v_hi, v_lo) = fast_two_sum(s_hi, s_lo + t_hi);
+                let (hi, lo) = fast_two_sum(v_hi, t_lo + v_lo);
+                Self { hi, lo }
+            },
+        )
     }
 }
 
@@ -168,9 +174,15 @@ impl<T: Doubles> Mul for DoubleDouble<T> {
     type Output = Self;
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
-        let (p_hi, p_lo) = two_product(self.hi, other.hi);
-        let cross = self.hi * other.lo + self.lo * other.hi;
-        let (hi, lo) = fast_two_sum(p_hi, p_lo + cross);
-        Self { hi, lo }
+        self.hi.run(
+            [self, other],
+            #[inline(always)]
+            |[a, b]| {
+                let (p_hi, p_lo) = two_product(a.hi, b.hi);
+                let cross = a.hi * b.lo + a.lo * b.hi;
+                let (hi, lo) = fast_two_sum(p_hi, p_lo + cross);
+                Self { hi, lo }
+            },
+        )
     }
 }

@@ -126,11 +126,17 @@ impl<T: SideBySide> Div for DoubleDouble<T> {
     type Output = Self;
     #[inline(always)]
     fn div(self, divisor: Self) -> Self {
-        let first = self.hi / divisor.hi;
-        let (product, error) = two_product(first, divisor.hi);
-        let remainder = ((self.hi - product) - (error + first * divisor.lo)) + self.lo;
-        let (hi, lo) = fast_two_sum(first, remainder / divisor.hi);
-        Self { hi, lo }
+        self.hi.run(
+            [self, divisor],
+            #[inline(always)]
+            |[a, b]| {
+                let first = a.hi / b.hi;
+                let (product, error) = two_product(first, b.hi);
+                let remainder = ((a.hi - product) - (error + first * b.lo)) + a.lo;
+                let (hi, lo) = fast_two_sum(first, remainder / b.hi);
+                Self { hi, lo }
+            },
+        )
     }
 }
 
@@ -170,11 +176,17 @@ impl<T: SideBySide> Arithmetic for DoubleDouble<T> {
 
     #[inline(always)]
     fn sqrt(self) -> Self {
-        let root = self.hi.sqrt();
-        let (square, error) = two_product(root, root);
-        let remainder = ((self.hi - square) - error) + self.lo;
-        let (hi, lo) = fast_two_sum(root, remainder / (root + root));
-        Self { hi, lo }
+        self.hi.run(
+            self,
+            #[inline(always)]
+            |a| {
+                let root = a.hi.sqrt();
+                let (square, error) = two_product(root, root);
+                let remainder = ((a.hi - square) - error) + a.lo;
+                let (hi, lo) = fast_two_sum(root, remainder / (root + root));
+                Self { hi, lo }
+            },
+        )
     }
 
     #[inline(always)]

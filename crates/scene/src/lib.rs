@@ -12,6 +12,7 @@
 //! Everything read here passes through the types of `radgrad-core`, so a [`case::Problem`] or a [`Face`] that exists is valid.
 
 pub mod case;
+mod digest;
 mod error;
 mod extremes;
 mod factors;
@@ -32,6 +33,8 @@ pub mod view3d;
 mod warning;
 mod words;
 
+#[doc(hidden)]
+pub use digest::fnv1a;
 pub use error::{Error, Overlapping};
 pub use extremes::{largest, smallest};
 #[doc(hidden)]

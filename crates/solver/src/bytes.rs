@@ -148,12 +148,6 @@ impl<A: Bytes, B: Bytes> Bytes for (A, B) {
     }
 }
 
-/// FNV-1a over bytes, by which damage is found.
-pub(crate) fn checksum(bytes: &[u8]) -> u64 {
-    let take = |hash: u64, byte: &u8| (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3);
-    bytes.iter().fold(0xcbf2_9ce4_8422_2325, take)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -9,8 +9,8 @@ const FUNCTIONS: ([&str; 8], usize) = (["of", "at", "all", "found", "left", "kno
 /// The same of local variables.
 const VARIABLES: ([&str; 8], usize) = (["of", "found", "all", "left", "rest", "known", "most", "off"], 225);
 
-/// How often comments may say "what" in 1,000 words, where the thing has a name: this may only fall, to 1.5.
-const WHAT: f64 = 1.55;
+/// How often comments may say "what" in 1,000 words, where the thing has a name: this may only fall.
+const WHAT: f64 = 1.5;
 
 fn sources(folder: &Path, texts: &mut Vec<String>) {
     for entry in fs::read_dir(folder).unwrap() {

@@ -30,26 +30,13 @@ impl Field {
     /// The first error of `function`.
     pub(crate) fn sample<E: Send>(
         window: Window,
-        cells: [u32; 2],
+        [columns, rows]: [u32; 2],
         function: impl Fn(f64, f64) -> Result<f64, E> + Sync,
     ) -> Result<Self, E> {
-        Self::sample_each(window, cells, |x, y| Ok([function(x, y)?])).map(|[field]| field)
-    }
-
-    /// Samples a function of several values, a field each.
-    ///
-    /// # Errors
-    /// The first error of `function`.
-    pub(crate) fn sample_each<const N: usize, E: Send>(
-        window: Window,
-        [columns, rows]: [u32; 2],
-        function: impl Fn(f64, f64) -> Result<[f64; N], E> + Sync,
-    ) -> Result<[Self; N], E> {
         let empty = Self { window, columns, rows, values: Vec::new() };
         let centres = (0..rows).into_par_iter().flat_map_iter(|row| (0..columns).map(move |column| (column, row)));
         let values = centres.map(|(column, row)| empty.centre(column, row)).map(|(x, y)| function(x, y));
-        let values: Vec<[f64; N]> = values.collect::<Result<_, E>>()?;
-        Ok(std::array::from_fn(|i| Self { values: values.iter().map(|of| of[i]).collect(), ..empty }))
+        Ok(Self { values: values.collect::<Result<_, E>>()?, ..empty })
     }
 
     /// Value of a cell.

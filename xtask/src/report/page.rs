@@ -18,14 +18,11 @@ use super::bench::Diagram;
 use super::errata::Misprint;
 use super::heat::{self, Group};
 use super::histogram::{self, value};
-use super::pictures::Pictures;
-use super::plates::Plate;
 use super::rungs;
 use super::side_by_side;
 use super::table::Table;
 use super::tables::{self, Fault, Searched};
 use super::worst::Worst;
-use super::{ledger, shadow, sight};
 
 /// All that the template needs.
 #[derive(Serialize)]
@@ -58,17 +55,6 @@ pub(super) struct Page<'a> {
     maps_legend: String,
     maps_told: String,
     diagrams: Vec<Diagram>,
-    plates: Vec<Plate>,
-    shadow: Vec<Plate>,
-    shadow_legend: String,
-    sight: [String; 2],
-    sight_told: String,
-    sight_legend: String,
-    arcs: Table,
-    solved: Vec<Plate>,
-    known: Table,
-    ledger: Plate,
-    ledger_legend: String,
     command: String,
 }
 
@@ -79,10 +65,8 @@ impl<'a> Page<'a> {
         misprints: &[Misprint],
         worst: &'a [Worst],
         diagrams: Vec<Diagram>,
-        pictures: Pictures,
         (searched, faults): (&[Searched], &[Fault]),
     ) -> Self {
-        let Pictures { plates, shadow, sight, solved, .. } = pictures;
         let runs = [Some(&audit.run), Some(&audit.bounds_run), audit.scenes.as_ref().map(|scenes| &scenes.run)];
         let passed = runs.iter().flatten().all(|run| run.get("passed") == "true");
         let slips = audit.mutants.iter().filter(|row| is_slip(&row.slip));
@@ -124,17 +108,6 @@ impl<'a> Page<'a> {
                 audit.run.count("map_points_against_oracle"),
             ),
             diagrams,
-            plates,
-            shadow: shadow.plates,
-            shadow_legend: shadow::legend(),
-            sight: sight.pictures,
-            sight_told: sight.told,
-            sight_legend: sight::legend(),
-            arcs: sight.arcs,
-            solved: solved.plates,
-            known: solved.known,
-            ledger: solved.ledger,
-            ledger_legend: ledger::legend(),
             command: audit.run.get("command").to_owned(),
         }
     }

@@ -67,26 +67,6 @@ impl Svg {
         }
     }
 
-    /// A path of one colour that is not the page's.
-    pub(super) fn painted(&mut self, class: &str, (red, green, blue): (u8, u8, u8), commands: &str) {
-        self.put(format_args!("<path class=\"{class}\" stroke=\"#{red:02x}{green:02x}{blue:02x}\" d=\"{commands}\"/>"));
-    }
-
-    /// An area of one colour that is not the page's.
-    pub(super) fn filled(&mut self, class: &str, (red, green, blue): (u8, u8, u8), commands: &str) {
-        self.put(format_args!("<path class=\"{class}\" fill=\"#{red:02x}{green:02x}{blue:02x}\" d=\"{commands}\"/>"));
-    }
-
-    /// A picture of points, stretched over a rectangle.
-    pub(super) fn image(&mut self, png: &[u8], (x, y): (f64, f64), (width, height): (f64, f64)) {
-        let [x, y, width, height] = [x, y, width, height].map(number);
-        let data = base64(png);
-        self.put(format_args!(
-            "<image x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\" preserveAspectRatio=\"none\" \
-             href=\"data:image/png;base64,{data}\"/>"
-        ));
-    }
-
     fn put(&mut self, element: std::fmt::Arguments<'_>) {
         // Writing to a string cannot fail.
         let _ = self.body.write_fmt(element);

@@ -14,7 +14,6 @@ use radgrad_audit::stability::Stability;
 use radgrad_paper::appendix::Misprint;
 
 use super::Report;
-use super::pictures::Pictures;
 use crate::verify::record::Record;
 
 const FAMILIES: [Family; 3] = [Family::Generic, Family::Far, Family::EqualVertices];
@@ -91,12 +90,6 @@ fn audit(folder: &Folder, violation: Option<&str>) -> Result<(), Box<dyn Error>>
     Ok(())
 }
 
-/// The pictures, drawn once for all tests that do not ask whether they are the same twice.
-fn drawn() -> Pictures {
-    static DRAWN: OnceLock<Pictures> = OnceLock::new();
-    DRAWN.get_or_init(|| Pictures::draw().unwrap()).clone()
-}
-
 fn nothing() -> &'static Path {
     Path::new("no/such/folder")
 }
@@ -105,7 +98,7 @@ fn nothing() -> &'static Path {
 fn the_same_audit_gives_the_same_bytes() {
     let folder = Folder::new("twice");
     audit(&folder, None).unwrap();
-    let [first, second] = [(); 2].map(|()| Report::read(&folder.0, nothing(), Pictures::draw().unwrap()).unwrap());
+    let [first, second] = [(); 2].map(|()| Report::read(&folder.0, nothing()).unwrap());
     assert_eq!(first.html, second.html);
     assert_eq!(first.data, second.data);
     assert!(first.html.contains("Passed: 9 cases"), "no verdict");
@@ -115,7 +108,7 @@ fn the_same_audit_gives_the_same_bytes() {
 fn the_page_needs_nothing_from_elsewhere_and_every_file_it_names_lies_beside_it() {
     let folder = Folder::new("alone");
     audit(&folder, None).unwrap();
-    let Report { html, data, copied } = Report::read(&folder.0, nothing(), drawn()).unwrap();
+    let Report { html, data, copied } = Report::read(&folder.0, nothing()).unwrap();
     let mut beside: Vec<String> = data.iter().map(|(name, _)| (*name).to_owned()).collect();
     beside.extend(copied.iter().map(|path| path.file_name().unwrap().to_string_lossy().into_owned()));
     for address in
@@ -134,7 +127,7 @@ fn the_page_needs_nothing_from_elsewhere_and_every_file_it_names_lies_beside_it(
 fn a_violation_stands_at_the_top_with_its_command() {
     let folder = Folder::new("failed");
     audit(&folder, Some("value is 1 & the gate is < 1")).unwrap();
-    let html = Report::read(&folder.0, nothing(), drawn()).unwrap().html;
+    let html = Report::read(&folder.0, nothing()).unwrap().html;
     let top = &html[..html.find("id=\"accuracy\"").unwrap()];
     assert!(top.contains("FAILED: 9 cases") && top.contains("class=\"verdict failed\""), "{top}");
     assert!(top.contains("value is 1 &amp; the gate is &lt; 1: <code>cargo xtask replay generic:1:0</code>"), "{top}");
@@ -147,11 +140,11 @@ fn a_broken_bound_of_a_scene_fails_the_page_and_a_run_without_scenes_is_said() {
     let mut record = Record::new("scenes", 1, 10);
     record.violated("downlight:1:6: field", "cargo xtask replay downlight:1:6");
     record.write(&folder.0).unwrap();
-    let html = Report::read(&folder.0, nothing(), drawn()).unwrap().html;
+    let html = Report::read(&folder.0, nothing()).unwrap().html;
     let top = &html[..html.find("id=\"accuracy\"").unwrap()];
     assert!(top.contains("FAILED: 9 cases") && top.contains("cargo xtask replay downlight:1:6"), "{top}");
     fs::remove_file(folder.join("scenes-run.csv")).unwrap();
-    let html = Report::read(&folder.0, nothing(), drawn()).unwrap().html;
+    let html = Report::read(&folder.0, nothing()).unwrap().html;
     assert!(html.contains("Passed: 9 cases") && html.contains("No scenes were audited"));
 }
 
@@ -159,10 +152,10 @@ fn a_broken_bound_of_a_scene_fails_the_page_and_a_run_without_scenes_is_said() {
 fn diagrams_of_a_benchmark_are_taken_in_and_their_absence_is_said() {
     let (folder, bench) = (Folder::new("bench"), Folder::new("diagrams"));
     audit(&folder, None).unwrap();
-    assert!(Report::read(&folder.0, nothing(), drawn()).unwrap().html.contains("the benchmark has not been run"));
+    assert!(Report::read(&folder.0, nothing()).unwrap().html.contains("the benchmark has not been run"));
     fs::write(bench.join("far.svg"), "<svg xmlns=\"http://www.w3.org/2000/svg\"><title>Far away</title></svg>").unwrap();
     fs::write(bench.join("far.csv"), "method,error,ns\n").unwrap();
-    let Report { html, copied, .. } = Report::read(&folder.0, &bench.0, drawn()).unwrap();
+    let Report { html, copied, .. } = Report::read(&folder.0, &bench.0).unwrap();
     assert!(html.contains("alt=\"Far away. ") && html.contains("data:image/svg+xml;base64,") && !html.contains("no-bench"));
     assert!(copied.contains(&bench.join("far.csv")));
 }
@@ -179,7 +172,7 @@ fn page(name: &str) -> (String, Vec<(String, String)>) {
     fs::write(bench.join("far.svg"), "<svg xmlns=\"http://www.w3.org/2000/svg\"><text>Far away</text></svg>").unwrap();
     let row = "emission,method,value error worst,gradient error worst,ns median\nconstant,closed form,1e-16,1e-15,65.4\n";
     fs::write(bench.join("far.csv"), row).unwrap();
-    let Report { html, data, copied } = Report::read(&folder.0, &bench.0, drawn()).unwrap();
+    let Report { html, data, copied } = Report::read(&folder.0, &bench.0).unwrap();
     let mut files: Vec<(String, String)> =
         data.into_iter().map(|(name, bytes)| (name.to_owned(), String::from_utf8(bytes).unwrap())).collect();
     let name = |path: &PathBuf| path.file_name().unwrap().to_string_lossy().into_owned();

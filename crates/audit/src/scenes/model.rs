@@ -8,7 +8,7 @@ use glam::DVec3;
 use radgrad_core::Polygon;
 use radgrad_oracle::scene as oracle;
 use radgrad_oracle::scene::known::FacingRectangles;
-use radgrad_scene::{Quantity, Scene, Texture};
+use radgrad_scene::{Quantity, Scene, Texture, fnv1a};
 use radgrad_solver::Marking;
 
 use crate::sampler::Sampler;
@@ -222,13 +222,12 @@ impl Model {
         Ok(oracle::Scene::new(faces?)?)
     }
 
-    /// A seed for random numbers that is that of the scene's numbers, however it is changed (FNV-1a of G. Fowler, L. C. Noll and K.-P. Vo).
+    /// A seed for random numbers that is that of the scene's numbers, however it is changed.
     #[must_use]
     pub(crate) fn seed(&self) -> u64 {
         let corners = self.parts.iter().flat_map(|part| part.corners.iter().flat_map(|corner| corner.to_array()));
         let values = self.parts.iter().flat_map(|part| part.reflectance.iter().chain(&part.emitted).copied());
-        let bytes = corners.chain(values).flat_map(|number| number.to_bits().to_le_bytes());
-        bytes.fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
+        fnv1a(corners.chain(values).flat_map(|number| number.to_bits().to_le_bytes()))
     }
 
     /// Whether any face has a texture of this quantity.

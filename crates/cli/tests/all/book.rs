@@ -8,7 +8,7 @@ use serde_json::Value;
 
 use crate::folder::Folder;
 
-/// Commands, and what they print if that is stated.
+/// Commands, and their output if that is stated.
 struct Step {
     commands: String,
     stated: Option<String>,

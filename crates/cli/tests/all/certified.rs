@@ -92,7 +92,7 @@ fn a_table_by_surface_fits_a_terminal_and_ends_with_the_certificate() {
         .map(|line| line.split_whitespace().map(|number| number.parse().unwrap()).collect())
         .collect();
     assert_eq!(floors.len(), 3, "a line for each channel: {text}");
-    // Red is what is emitted.
+    // Red light is emitted.
     assert_eq!(floors[0], [1.0; 4]);
     assert!(floors[1][2] < floors[1][1] && floors[1][1] < floors[1][3] && floors[1][1] > 2.0, "{text}");
     assert!(text.contains(long) && text.ends_with("certified but for a probability of 1e-6, seed 1\n"), "{text}");

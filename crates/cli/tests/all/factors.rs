@@ -1,4 +1,4 @@
-//! `radgrad factors`: what defaults reach, what is said of what they do not, and hands that slip.
+//! `radgrad factors`: the accuracy that defaults reach, the messages where they do not, and hands that slip.
 
 use std::fs;
 use std::process::{Command, Output};

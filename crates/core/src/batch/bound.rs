@@ -3,47 +3,7 @@
 //! To first order in the unit roundoff u; [`SECOND_ORDER`] pays for the rest, since no relative error above 4e-4 is let through
 //! ([`Lane::CONDITION`]).
 //!
-//! # Symbols
-//! | symbol | meaning | error |
-//! |---|---|---|
-//! | r, e | offset of an edge's start, and the edge | u of their length |
-//! | n1 | the receiver's normal | 4.5u |
-//! | S, k | distance of the edge's line, and `1/S`; the sums are bounded with the largest k | |
-//! | R | distance of the farthest vertex | |
-//! | rho | `k` times the length of r, at most `k R` | |
-//! | w, m, N | moment `r x e`, its length, and its direction | `ew = 5.66 rho u` relative; N by ew |
-//! | p, p' | ends of the visible piece | |
-//! | g | angle between p and p' | |
-//! | q, t | factors of the gradient's terms ([`crate::batch::edge`]) | |
-//! | n | number of edges | |
-//!
-//! # Terms
-//! - w errs by `4 sqrt(2) u |r||e|`, by Cauchy's inequality: by ew relative. m errs by `ew + 2.5u`, 1/m by `ew + 6.5u`.
-//! - The scalar products p.p', p.e, n1.r and n1.e err by 5, 5, 8.5 and 8.5u of the lengths.
-//! - The angle errs by `sin g (ew + 3.5u)` from m, by `5u sin g` from p.p', and by an ulp or two, at most 2u g each.
-//! - `1/m^2` errs by `2 ew + 6u`, q by 15u, and so `g/m^3` by `3 ew + 17.5u` and the error of the angle.
-//! - `q (2/e^2 - p.p'/m^2)` is `sin g cos(psi + psi')` over m^3, and errs by `sin g (2 ew |cos g| + 43u)` over m^3.
-//! - The errors that both have from m are of opposite signs up to a right angle. Together they err by `g (3.7 ew + 75u)` over m^3,
-//!   of a sum of at most 2g.
-//! - t errs by `30u |r| e^2` from two products that may cancel, and so, over m |e|, by `(30 rho + 1) u`.
-//! - `q (n1.e) (p + p').e/e^2` errs by 60u k g over m, of at most k g over m.
-//! - So a term of the value errs by `g (2 ew + 29u)/2`.
-//! - One of the gradient errs, over g k, by half of `3.7 ew + 75u`, of `2 (30 rho + 1) u` and of 60u, since the sums are twice
-//!   the gradient; by ew from w again, and by 2u for the sum and the product with w. With `ew = 5.66 rho u` that is
-//!   `(46.2 rho + 70.5) u`, taken as `g k (50 rho + 73) u`.
-//! - Sums of n terms with the last five products add `n + 5`.
-//!
-//! # Where the horizon crosses
-//! With `c = R/|p|`, the largest over crossing points:
-//! - A crossing point `p = r + f e` is in place for the fraction f computed but for 6u R, taken as 8u R. That adds 8cu to the error
-//!   of an angle and 44cu to that of a term of the gradient, relative to g.
-//! - The horizon's own angle errs by `(32 c + 27) u`.
-//! - f errs by `25 u R/d`, d the difference of the two heights, 16 of it from a vertex that was taken to be on the horizon. So the
-//!   point is off along the edge by an angle of at most `eta = 30 u c |e|/d`.
-//! - There `n1.omega = 0`: the light between the true and the assumed horizon changes the value by at most `pi eta^2`, the gradient
-//!   by `k eta^2`.
-//! - An edge with both ends on the assumed horizon is left out of the sums but not of the bound: it is less than `16u rho` above
-//!   the true one, which changes the gradient by `16 rho k g u` and the value by the square of that.
+//! `docs/theory/constant-bound-on-lanes.md` has the symbols and the derivation.
 
 use fearless_simd::Simd;
 use radgrad_numbers::lanes::angle::ANGLE_ULP;

@@ -1,5 +1,6 @@
 //! One receiver, one emitter, the occluders between them, and the plan for them.
 
+#[cfg(feature = "arbitrary-precision")]
 use glam::DVec3;
 
 use crate::boundary::plan::Plan;

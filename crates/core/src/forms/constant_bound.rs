@@ -3,56 +3,7 @@
 //! To first order in the unit roundoff u = 2^-53; [`SECOND_ORDER`] pays for the rest. There is no bound where w or a crossing point
 //! errs by more than 1e-6 relative, next to underflow of a moment, or where an arc of the horizon next to pi may have either sign.
 //!
-//! # Symbols
-//! | symbol | meaning | error |
-//! |---|---|---|
-//! | r, e | offset of an arc's end from the receiver, and its edge | u of each component of r |
-//! | w, N | moment `r x e` and its direction | `ew` relative ([`Line::relative_error`]) |
-//! | p, t | the point `r + t e` where the horizon crosses an edge | t by 4u relative |
-//! | xi, eta | errors of p relative to its distance: along the edge, and otherwise; eta is 0 for a vertex | |
-//! | g | angle of an arc, that of the point (inline, across) | `dg` |
-//! | q, q' | one over the distances of the ends, and `Q = q + q'` | `4.5u + eta` relative |
-//! | c, c' | `n1.r/r` of the ends, and s the sum of their sizes | `5u`, 5.5u of its size, and `2 eta` |
-//! | T | `1/(1 + cos g)`, from 1/2 to 1 | |
-//! | chi, psi | `T (g + sin g)/4` and `(g - sin g)/4(1 - cos g)` | |
-//!
-//! # Points and angles
-//! - `|w|` errs by `ew + 2.5u`, 1/|w| by `ew + 3.5u`, relative. N errs by ew across and 3.5u along itself, and u for its product.
-//! - p errs by `4u t|e|` along the edge, and beside that by `u (|r| + 2 t|e| + |p|)`. As `t|e| <= |p| + |r|`, these are at most
-//!   `4u (|p| + |r|)` and `u (3|p| + 3|r|)`. With `|r| <= 12^(1/2) = 3.4642` in normalised lengths, over |p|:
-//!   `xi = u (4.1 + 13.9/|p|)` and `eta = u (3 + 10.4/|p|)`.
-//! - xi counts for nothing in first order: the edge's arc and the horizon's end at the same point. The light between p and the true
-//!   horizon, from a region at most xi wide and high, is below `xi^3/2`. As `|n1.r| <= xi |p|` along that piece of the edge, the
-//!   gradient changes by `xi^2/2|p|`.
-//! - (inline, across) err by `5u + eta` of `|r||r'|` and by `ew + 2.5u`, u more for the fraction of a cut edge:
-//!   `dg = min(g, 1) (ew + 8u + u + 2 eta) + 4ug`, the last from the arc tangent.
-//! - An arc of the horizon has eta of its ends, 3.5u of the cross product, and 9u min(g, 1) of its product with n1 and of inline:
-//!   `dg = eta + eta' + 3.5u + 9u min(g, 1) + 4ug`.
-//! - Of a term `g N` only `n1.(g N)` matters: with `f = |n1.N|` it errs by `f (dg + 3.5ug)` along N, by `g ew` across, and by
-//!   2ug in the products.
-//!
-//! # Weights up to a quarter turn
-//! The gradient's weight ([`Arc::weight`]) is `chi Q (c + c') + psi (q' - q)(c' - c)`, `chi = T (g + sin g)/4`.
-//! - The sine errs by `ds = g (ew + 14u + u + 2 eta)`, the cosine by at most `5u + 11u cos + 4 eta`: 1 + cos by `9u + 4 eta`
-//!   relative.
-//! - `c + c'` and their difference err by `dc = 10u + 6.5us + 4 eta`.
-//! - The first term errs by `Q (T/4) [s (dg + ds) + (g + sin g) (s (19u + 5 eta) + dc)]`.
-//! - `psi <= 0.091g`, `psi' <= 0.11`, and psi errs by 3u relative; `q' - q` errs by `(5.5u + eta) Q`, and `|c' - c| <= |v - u| <=
-//!   g` for the directions u and v of the ends; `psi |c' - c| <= g^2/12`, as `2 psi sin(g/2)/g^2` decreases. So the second term errs by `Q g [0.11 dg + 0.9ug + 0.091 (eta g + dc)]`.
-//! - The weight is at most `Q ((T/4) (g + sin g) s + 0.091g min(g, s))`. Its sum and its product with N err by that times ew across
-//!   N and 6.5u along it.
-//!
-//! # Weights past a quarter turn
-//! The weight is `(cc p1 + cs p2)/S` in the frame of the line at distance S, (p1, p2) being n1 there.
-//! - 1/S errs by `ew + 8u`, `along` by 7u, `toward` by `en + 10u`, `en = ew + 5u`, and (p1, p2) by `en + 18u`.
-//! - Cosine and sine of an end in the frame err by `en + 26u + eta` together, so the bisector by `db = 0.71 (2 en + 54u + 2 eta)`:
-//!   the longer of sum and difference of two unit vectors has at least the length `1/0.71`.
-//! - The column (cc, cs) of the symmetric matrix M errs by half of `dg + ds` and half of ds, by `2 g db`, and by 28ug of rounding.
-//! - The term errs by that and `g (2 en + 32u)` along N, and by `g ew` across, over S.
-//!
-//! # Totals
-//! Each sum of n vectors adds `(n - 1) u` of the sum of sizes. The products with emission, normal and reflectance add 8u of the
-//! result.
+//! `docs/theory/constant-bound.md` has the symbols and the derivation.
 
 pub(crate) mod past_occluders;
 pub mod units;

@@ -35,6 +35,18 @@ fn fuses<S: Simd>(simd: S) -> bool {
     }
 }
 
+/// As [`Doubles::run`]: without a fused multiply-add double-doubles take four times the code.
+#[inline(always)]
+fn run<S: Simd, A, R>(simd: S, arguments: A, operation: impl Fn(A) -> R) -> R {
+    if fuses(simd) { operation(arguments) } else { apart(simd, arguments, operation) }
+}
+
+/// The same in batches, whose kernels have few double-doubles.
+#[inline(always)]
+fn run_in_place<S: Simd, A, R>(_: S, arguments: A, operation: impl Fn(A) -> R) -> R {
+    operation(arguments)
+}
+
 /// The constants of a row, the `i`-th of each entry, in as many lanes as `like` has.
 #[inline(always)]
 fn in_row<T: Arithmetic>(like: T, [a, b, c]: &[[f64; 3]; 3], i: usize, [some, more]: [T::Mask; 2]) -> T {
@@ -63,7 +75,7 @@ fn in_table<T: Arithmetic>(
 ///
 /// For a vector, or for a type that wraps one in its field 0.
 macro_rules! arithmetic_on_lanes {
-    ($type:ty, $mask:ty, $wrap:path, $wrap_mask:path $(, $field:tt)?) => {
+    ($type:ty, $mask:ty, $wrap:path, $wrap_mask:path, $run:path $(, $field:tt)?) => {
         impl<S: Simd> Arithmetic for $type {
             type Mask = $mask;
             const IS_DOUBLE: bool = true;
@@ -141,6 +153,10 @@ macro_rules! arithmetic_on_lanes {
                 }
             }
             #[inline(always)]
+            fn run<A, R>(self, arguments: A, operation: impl Fn(A) -> R) -> R {
+                $run(self$(.$field)?.token(), arguments, operation)
+            }
+            #[inline(always)]
             fn exponent_and_mantissa(self) -> (Self, Self) {
                 let (exponent, mantissa) = exponent_and_mantissa(self$(.$field)?.token(), self$(.$field)?);
                 ($wrap(exponent), $wrap(mantissa))
@@ -158,9 +174,9 @@ macro_rules! arithmetic_on_lanes {
     };
 }
 
-arithmetic_on_lanes!(f64x4<S>, fearless_simd::mask64x4<S>, std::convert::identity, std::convert::identity);
-arithmetic_on_lanes!(f64x8<S>, fearless_simd::mask64x8<S>, std::convert::identity, std::convert::identity);
-arithmetic_on_lanes!(Lanes<S, f64>, Mask<S, f64>, Lanes, Mask, 0);
+arithmetic_on_lanes!(f64x4<S>, fearless_simd::mask64x4<S>, std::convert::identity, std::convert::identity, run);
+arithmetic_on_lanes!(f64x8<S>, fearless_simd::mask64x8<S>, std::convert::identity, std::convert::identity, run);
+arithmetic_on_lanes!(Lanes<S, f64>, Mask<S, f64>, Lanes, Mask, run_in_place, 0);
 
 /// Implements [`SideBySide`] for double-doubles on a vector.
 macro_rules! side_by_side {

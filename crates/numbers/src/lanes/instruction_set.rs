@@ -8,29 +8,19 @@ use fearless_simd::{Level, Simd};
 pub use fearless_simd;
 
 /// Runs a call with the vectors of an instruction set: AVX-512, AVX2 or the one that every machine of the target has. It is
-/// compiled for each.
+/// compiled for each, or for those named.
 #[macro_export]
 macro_rules! on_instruction_set {
-    ($level:expr, $simd:ident => $call:expr) => {{
+    ([$($set:ident)*] $level:expr, $simd:ident => $call:expr) => {{
         #[cfg(target_arch = "x86_64")]
         {
             use $crate::lanes::instruction_set::fearless_simd::Simd;
-            if let Some($simd) = $level.as_avx512() {
+            $(if let Some($simd) = $level.$set() {
                 $simd.vectorize(
                     #[inline(always)]
                     || $call,
                 )
-            } else if let Some($simd) = $level.as_avx2() {
-                $simd.vectorize(
-                    #[inline(always)]
-                    || $call,
-                )
-            } else if let Some($simd) = $level.as_sse2() {
-                $simd.vectorize(
-                    #[inline(always)]
-                    || $call,
-                )
-            } else {
+            } else)* {
                 unreachable!("every x86-64 has SSE2")
             }
         }
@@ -39,6 +29,9 @@ macro_rules! on_instruction_set {
             $crate::lanes::instruction_set::fearless_simd::dispatch!($level, $simd => $call)
         }
     }};
+    ($level:expr, $simd:ident => $call:expr) => {
+        $crate::on_instruction_set!([as_avx512 as_avx2 as_sse2] $level, $simd => $call)
+    };
 }
 
 #[doc(hidden)]
@@ -49,21 +42,19 @@ pub use on_instruction_set;
 /// called, and by tests of the library.
 #[macro_export]
 macro_rules! in_library {
-    ($level:expr, $simd:ident => $call:expr) => {{
-        #[cfg(all(test, target_arch = "x86_64"))]
+    ([$($set:ident)*] $level:expr, $simd:ident => $call:expr) => {{
+        #[cfg(test)]
         {
-            use $crate::lanes::instruction_set::fearless_simd::Simd;
-            let Some($simd) = $level.as_sse2() else { unreachable!("every x86-64 has SSE2") };
-            $simd.vectorize(
-                #[inline(always)]
-                || $call,
-            )
+            $crate::on_instruction_set!([as_sse2] $level, $simd => $call)
         }
-        #[cfg(not(all(test, target_arch = "x86_64")))]
+        #[cfg(not(test))]
         {
-            $crate::lanes::instruction_set::on_instruction_set!($level, $simd => $call)
+            $crate::on_instruction_set!([$($set)*] $level, $simd => $call)
         }
     }};
+    ($level:expr, $simd:ident => $call:expr) => {
+        $crate::in_library!([as_avx512 as_avx2 as_sse2] $level, $simd => $call)
+    };
 }
 
 /// Calls a function without inlining it, so that the compiler makes one copy for all callers. The function must be `#[inline(always)]`:

@@ -3,9 +3,9 @@
 //! The mesh follows from the scene, how faces were cut and which elements were divided, and so do bases, lamps, textures and lines of
 //! faces. Links, light, estimates and the findings of the rounds are written as they are. Caches are filled again.
 
-use radgrad_scene::{Prepared, Scene};
+use radgrad_scene::{Prepared, Scene, fnv1a};
 
-use crate::bytes::{Bytes, checksum};
+use crate::bytes::Bytes;
 use crate::clock::Clock;
 use crate::error::Error;
 use crate::links::link::Link;
@@ -72,7 +72,7 @@ impl Solution {
         self.system.mesh.given().put(&mut to);
         self.system.mesh.divisions().put(&mut to);
         self.put_findings(&mut to);
-        let head = [&HEAD[..], &checksum(&to).to_le_bytes()].concat();
+        let head = [&HEAD[..], &fnv1a(to.iter().copied()).to_le_bytes()].concat();
         to.splice(0..0, head);
         to
     }
@@ -85,7 +85,7 @@ impl Solution {
         let refused = |rule| Error::Bytes { rule };
         let rest = bytes.strip_prefix(HEAD).and_then(|rest| rest.split_first_chunk());
         let (sum, mut rest) = rest.ok_or_else(|| refused("they begin otherwise"))?;
-        if checksum(rest) != u64::from_le_bytes(*sum) {
+        if fnv1a(rest.iter().copied()) != u64::from_le_bytes(*sum) {
             return Err(refused("their checksum is another one: they are damaged"));
         }
         let ready = Prepared::new(scene)?;
@@ -198,7 +198,7 @@ mod tests {
         for at in (24..bytes.len()).step_by(bytes.len() / 60 + 1) {
             let mut wrong = bytes.clone();
             wrong[at] ^= 0x55;
-            let sum = checksum(&wrong[24..]);
+            let sum = fnv1a(wrong[24..].iter().copied());
             wrong[16..24].copy_from_slice(&sum.to_le_bytes());
             let read = Solution::from_bytes(&blocks, &wrong);
             let _ = read.map(|solution| solution.gather(DVec3::new(2.0, 0.5, 0.0), DVec3::Z));

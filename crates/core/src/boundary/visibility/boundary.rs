@@ -12,7 +12,7 @@ use smallvec::SmallVec;
 use crate::boundary::arc::Arc;
 use crate::boundary::line::Sighted;
 use crate::boundary::origin::Origin;
-use crate::boundary::visibility::part::{Facing, PartCorner, Sides, VisiblePart, pairs};
+use crate::boundary::visibility::part::{Facing, Sides, VisiblePart, pairs};
 
 /// As many corners as a triangle with one shadow in it leaves need no memory of their own.
 type Several<T> = SmallVec<[T; 16]>;
@@ -29,10 +29,11 @@ struct Turn {
 }
 
 /// Where on a side an arc begins, counted 1, or ends, counted -1.
-struct End<'a, P> {
+struct End {
     side: usize,
     count: i32,
-    point: &'a P,
+    /// The number of its point.
+    point: usize,
     /// A function of its place that increases along the side.
     place: f64,
 }
@@ -43,7 +44,7 @@ pub(super) fn arcs<T: Real>(parts: &[VisiblePart<T>], sides: &Sides<T>) -> Vec<A
         return part.arcs(sides).collect();
     }
     let mut arcs = Vec::new();
-    visit_several(parts, sides, |arc, _| arcs.push(arc));
+    visit_several(parts, sides, &mut |arc, _| arcs.push(arc));
     arcs
 }
 
@@ -53,34 +54,37 @@ pub(super) fn arcs_with_origins<T: Real>(parts: &[VisiblePart<T>], sides: &Sides
         return part.arcs(sides).zip(part.corners.iter().map(|corner| sides.origin(corner.side))).collect();
     }
     let mut arcs = Vec::new();
-    visit_several(parts, sides, |arc, facing| arcs.push((arc, sides.origin(facing))));
+    visit_several(parts, sides, &mut |arc, facing| arcs.push((arc, sides.origin(facing))));
     arcs
 }
 
-fn visit_several<T: Real>(parts: &[VisiblePart<T>], sides: &Sides<T>, mut visit: impl FnMut(Arc<T>, Facing)) {
-    let outlines: Vec<_> = parts.iter().map(|part| &*part.corners).collect();
-    let normal = |side: usize| sides.normal(Facing::forward(side)).map(T::value);
+fn visit_several<T: Real>(parts: &[VisiblePart<T>], sides: &Sides<T>, visit: &mut dyn FnMut(Arc<T>, Facing)) {
+    let corners = || parts.iter().flat_map(|part| pairs(&part.corners));
+    let points: Several<_> = corners().map(|(_, b)| b.point).collect();
+    let turns: Several<[usize; 2]> = corners().map(|(a, b)| [a.side.side, b.side.side]).collect();
     visit_joined(
-        &outlines,
-        normal,
-        |point| point.map(T::value),
-        |from, to, facing| visit(Arc::between(Sighted::new(*from), Sighted::new(*to), sides.generator(facing)), facing),
+        &turns,
+        &|side| sides.normal(Facing::forward(side)).map(T::value),
+        &|point| points[point].map(T::value),
+        &mut |from, to, facing| {
+            visit(Arc::between(Sighted::new(points[from]), Sighted::new(points[to]), sides.generator(facing)), facing);
+        },
     );
 }
 
-/// Calls `visit` with the ends and the side of each arc, given the normals of the sides and the points in doubles.
-pub(super) fn visit_joined<P>(
-    outlines: &[&[PartCorner<P>]],
-    normal: impl Fn(usize) -> Vec3<f64>,
-    place: impl Fn(&P) -> Vec3<f64>,
-    mut visit: impl FnMut(&P, &P, Facing),
+/// Calls `visit` with the points of both ends and the side of each arc, given at each point the sides from and to which the boundary
+/// passes, the normals of the sides, and the points in doubles. Compiled once, for whatever precision.
+fn visit_joined(
+    turns: &[[usize; 2]],
+    normal: &dyn Fn(usize) -> Vec3<f64>,
+    place: &dyn Fn(usize) -> Vec3<f64>,
+    visit: &mut dyn FnMut(usize, usize, Facing),
 ) {
-    let points: Several<&P> = outlines.iter().flat_map(|corners| pairs(corners).map(|(_, b)| &b.point)).collect();
-    let sides = outlines.iter().flat_map(|corners| pairs(corners).map(|(a, b)| [a.side.side, b.side.side]));
-    let turn = |(point, [from, to]): (usize, [usize; 2])| Turn { sides: [from.min(to), from.max(to)], is_back: from > to, point };
-    let mut turns: Several<Turn> = sides.enumerate().map(turn).collect();
+    let turn =
+        |(point, [from, to]): (usize, &[usize; 2])| Turn { sides: [*from.min(to), *from.max(to)], is_back: from > to, point };
+    let mut turns: Several<Turn> = turns.iter().enumerate().map(turn).collect();
     turns.sort_unstable();
-    let mut ends: Several<End<'_, P>> = Several::new();
+    let mut ends: Several<End> = Several::new();
     for alike in turns.chunk_by(|a, b| a.sides == b.sides) {
         // Those that pass the other way are last.
         let one_way = alike.iter().filter(|turn| !turn.is_back).count();
@@ -88,8 +92,8 @@ pub(super) fn visit_joined<P>(
         let unpaired = if one_way >= other_way { &alike[other_way..one_way] } else { &alike[2 * one_way..] };
         for turn in unpaired {
             let [from, to] = if turn.is_back { [turn.sides[1], turn.sides[0]] } else { turn.sides };
-            ends.push(End { side: from, count: -1, point: points[turn.point], place: 0.0 });
-            ends.push(End { side: to, count: 1, point: points[turn.point], place: 0.0 });
+            ends.push(End { side: from, count: -1, point: turn.point, place: 0.0 });
+            ends.push(End { side: to, count: 1, point: turn.point, place: 0.0 });
         }
     }
     ends.sort_by_key(|end| end.side);
