@@ -1,6 +1,6 @@
 //! Polygons, emissions and receivers: which exist, and which are refused.
 
-use radgrad_core::{DVec3, Emission, Emitter, Error, Polygon, Polynomial};
+use radgrad_core::{DVec3, Emission, Emitter, Error, Polygon, Polynomial, Receiver};
 use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
 
 fn polygon(points: &[[f64; 3]]) -> Result<Polygon, Error> {
@@ -108,6 +108,17 @@ fn neighbours_that_rounding_exchanged_are_put_in_order() {
 fn a_vertex_on_an_edge_line_is_allowed() {
     let t_junction = [[0.0; 3], [0.5, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
     assert_eq!(polygon(&t_junction).unwrap().area(), 0.5);
+}
+
+#[test]
+fn wrong_receivers_are_named() {
+    assert!(matches!(Receiver::new(DVec3::NAN, DVec3::Z, 1.0), Err(Error::PositionNotFinite { .. })));
+    assert!(matches!(Receiver::new(DVec3::ZERO, DVec3::ZERO, 1.0), Err(Error::Normal { .. })));
+    for reflectance in [-0.1, 1.1, f64::NAN] {
+        assert!(matches!(Receiver::new(DVec3::ZERO, DVec3::Z, reflectance), Err(Error::Reflectance { .. })));
+    }
+    let tiny = Receiver::new(DVec3::ZERO, DVec3::new(3e-310, 0.0, 4e-310), 1.0).unwrap();
+    assert!((tiny.normal() - DVec3::new(0.6, 0.0, 0.8)).length() < 1e-12);
 }
 
 fn quad() -> Polygon {
