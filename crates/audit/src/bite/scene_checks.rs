@@ -20,7 +20,7 @@ pub(super) fn free_exchanges(_: &Setting<'_>) -> Vec<String> {
 /// Factors past drawn screens.
 pub(super) fn past_screens(_: &Setting<'_>) -> Vec<String> {
     let drawn = |index: u64| {
-        let pairs = (index < 2).then(|| screens::of_complements(index));
+        let pairs = (index < 1).then(|| screens::of_complements(index));
         let asked = [screens::of_drawn(index), screens::of_shares(index)].into_iter().chain(pairs);
         asked.flat_map(|said| said.unwrap_or_else(|error| vec![error])).collect::<Vec<_>>()
     };
@@ -41,7 +41,7 @@ pub(super) fn in_beams(_: &Setting<'_>) -> Vec<String> {
 pub(super) fn brackets(_: &Setting<'_>) -> Vec<String> {
     use scenes::family::Family as Scenes;
     let families = [Scenes::Clutter, Scenes::Slit, Scenes::Touching, Scenes::Open, Scenes::Grating, Scenes::Downlight];
-    let brackets = scenes::brackets::Brackets::measure(&families, 120, 13, |_, _| ());
+    let brackets = scenes::brackets::Brackets::measure(&families, 60, 13, |_, _| ());
     brackets.outside.iter().map(|outside| format!("{}: {}", outside.name, outside.said)).collect()
 }
 
