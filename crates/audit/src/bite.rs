@@ -445,7 +445,7 @@ fn bounds(setting: &Setting<'_>) -> Vec<String> {
 /// A few cases of every family against the gates.
 fn errors(setting: &Setting<'_>) -> Vec<String> {
     let families: Vec<Family> = cheap().collect();
-    let table = Run::of_each(2, &families, 4).table(|_| ());
+    let table = Run::of_each(2, &families, 6).table(|_| ());
     setting.gates.violations(&table).iter().map(ToString::to_string).collect()
 }
 

@@ -111,7 +111,7 @@ fn of_sky(index: u64, on_integers: bool) -> Result<Vec<String>, Error> {
             findings.push(format!("{name}, to {tolerance:e}: all is {value:e} above 1, its gradient {slope:?}, to {errors:?}"));
         }
         // Level edges may leave a gradient open, not the value.
-        if !(errors[0] < 1e-7) || (!on_integers && tolerance < 1.0 && !(errors[1] < 1e-8)) {
+        if is_worse(errors[0], 1e-7) || (!on_integers && tolerance < 1.0 && is_worse(errors[1], 1e-8)) {
             findings.push(format!("{name}, to {tolerance:e}: known to {errors:?} only"));
         }
     }

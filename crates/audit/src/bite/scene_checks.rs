@@ -41,7 +41,7 @@ pub(super) fn in_beams(_: &Setting<'_>) -> Vec<String> {
 pub(super) fn brackets(_: &Setting<'_>) -> Vec<String> {
     use scenes::family::Family as Scenes;
     let families = [Scenes::Clutter, Scenes::Slit, Scenes::Touching, Scenes::Open, Scenes::Grating, Scenes::Downlight];
-    let brackets = scenes::brackets::Brackets::measure(&families, 60, 13, |_, _| ());
+    let brackets = scenes::brackets::Brackets::measure(&families, 120, 13, |_, _| ());
     brackets.outside.iter().map(|outside| format!("{}: {}", outside.name, outside.said)).collect()
 }
 
