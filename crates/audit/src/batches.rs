@@ -64,6 +64,12 @@ pub(crate) struct Cast<F> {
     pub(crate) least: f64,
 }
 
+impl<F> Cast<F> {
+    pub(crate) fn is_single(&self) -> bool {
+        (self.from)((self.to)(0.1)) != 0.1
+    }
+}
+
 /// Doubles as they are.
 pub(crate) const DOUBLE: Cast<f64> = Cast { to: |x| x, from: |x| x, least: 1e-140 };
 

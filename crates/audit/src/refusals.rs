@@ -4,10 +4,12 @@
 //! Each rule is put to what is just within it and to what is beyond, by a computation of its own.
 
 use glam::DVec3;
+use radgrad_certificate::{Request, certify};
 use radgrad_core::batch::{Answers, Engine, Receivers};
 use radgrad_core::{Emission, Emitter, Error, Polygon, Polynomial, Receiver, evaluate_digits, evaluate_to};
 
 use crate::sampler::Sampler;
+use crate::screens::of_faces;
 
 /// A convex polygon of whole numbers over a coordinate plane, put into a tilted plane without rounding.
 fn planar(sampler: &mut Sampler) -> Vec<DVec3> {
@@ -167,7 +169,16 @@ fn limits() -> Vec<String> {
     );
     let digits = receiver.and_then(|receiver| evaluate_digits(&receiver, &lamp(Emission::Constant(1.0))?, &[], 30));
     hold("no digits below the horizon", digits.is_ok_and(|a| a.radiosity == "0" && a.radiosity_error == "0"));
+    hold("any probability of failure but none and one", certificates() == Some([true, true, true, false, false, false, false]));
     findings
+}
+
+/// Whether a certificate of a dark scene is made that fails with some probabilities.
+fn certificates() -> Option<[bool; 7]> {
+    let wall = |z: f64| vec![DVec3::new(0.0, 0.0, z), DVec3::new(1.0, 0.0, z), DVec3::new(0.0, 1.0, z)];
+    let scene = of_faces([0.0, 1.0].map(wall).into_iter()).ok()?;
+    let of = |delta: f64| certify(&scene, &Request { delta, ..Request::default() }).is_ok();
+    Some([1e-300, 1e-12, 1.0 - 1e-12, 0.0, 1.0, -0.5, f64::NAN].map(of))
 }
 
 /// A rule by its name: what is wrong with what is drawn.
