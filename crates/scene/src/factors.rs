@@ -51,7 +51,7 @@ pub use field::FieldCell;
 pub use matrix::{ComputedRow, Entry, FactorMatrix, SurfaceFactor, SurfaceMatrix};
 pub use narrow::Narrowed;
 pub use pair::Factor;
-pub use rays::{Certified, Counted, FactorOperator, RayEntry, RayFactors, RayRow, RaySettings};
+pub use rays::{BlockOperator, Certified, Counted, FactorOperator, RayEntry, RayFactors, RayRow, RaySettings};
 pub use repair::Repaired;
 pub use rule::gauss_legendre;
 
