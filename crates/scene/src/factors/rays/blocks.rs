@@ -151,7 +151,8 @@ impl FactorOperator {
         let setup = Setup { before, rays: factors.known.rays as f64, tolerance };
         // So many strips that the pairs of one are in memory at once.
         let pairs = factors.stored() / 2;
-        let mut strips = vec![0..order.len()];
+        let whole = 0..order.len();
+        let mut strips = vec![whole];
         while strips.len() * PAIRS < pairs && strips.iter().all(|strip| strip.len() > 1) {
             strips = strips.into_iter().flat_map(halves).collect();
         }
