@@ -1,10 +1,11 @@
 //! `cargo xtask mesh`: scenes of any size, as OBJ: a closed city, high blocks on the ground under a sky of tiles, between walls; a crater
-//! with a rough floor; hills.
+//! with a rough floor; hills; a furnished room under a lamp.
 
+mod room;
 mod terrain;
 
 use std::error::Error;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use crate::files;
 
@@ -13,7 +14,7 @@ use crate::files;
 pub(crate) struct Arguments {
     /// The kind of scene
     kind: Kind,
-    /// Blocks of the city along its side, or squares of two triangles along the side of the ground
+    /// Blocks of the city along its side, squares of two triangles along the side of the ground, or squares along a wall
     #[arg(value_parser = clap::value_parser!(u16).range(1..=1000))]
     side: u16,
     /// File to write
@@ -29,6 +30,8 @@ enum Kind {
     Crater,
     /// Hills: as many triangles as the crater
     Hills,
+    /// A closed room with a lamp and a block: 122 squares a wall make 99,390. Its materials are in a file `.mtl` beside it
+    Room,
 }
 
 /// Writes the scene and says where.
@@ -38,6 +41,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
         Kind::City => closed_city(side),
         Kind::Crater => terrain::crater(side),
         Kind::Hills => terrain::hills(side),
+        Kind::Room => {
+            let materials = arguments.file.with_extension("mtl");
+            files::write(&materials, room::MATERIALS)?;
+            let name = materials.file_name().map(Path::new).unwrap_or(&materials);
+            room::room(side, &name.display().to_string())
+        }
     };
     files::write(&arguments.file, scene)?;
     println!("{}", arguments.file.display());

@@ -56,7 +56,7 @@ mod _radgrad {
     #[pymodule_export]
     use super::program;
     #[pymodule_export]
-    use super::rays::RayCore;
+    use super::rays::{BlockCore, RayCore};
     #[pymodule_export]
     use super::scene::SceneCore;
     #[pymodule_export]

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
-use radgrad_scene::{Certified, Counted, FactorOperator, FormFactors, RayEntry, RayFactors, RayRow, RaySettings};
+use radgrad_scene::{BlockOperator, Certified, Counted, FactorOperator, FormFactors, RayEntry, RayFactors, RayRow, RaySettings};
 
 use crate::detached::{Ended, Stop, detached};
 use crate::factors::whole;
@@ -122,10 +122,10 @@ impl RayCore {
         PyArray1::from_iter(py, (0..self.0.len()).map(|face| self.factors().open(face)))
     }
 
-    /// `F q`.
-    fn apply<'py>(&self, py: Python<'py>, q: PyReadonlyArray1<'_, f64>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    /// `F Q` of so many columns, face by face.
+    fn apply<'py>(&self, py: Python<'py>, q: PyReadonlyArray1<'_, f64>, columns: usize) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let q = q.as_array().to_vec();
-        let product = computed(py, || self.0.apply(&q))?.map_err(refused)?;
+        let product = computed(py, || self.0.apply_many(&q, columns))?.map_err(refused)?;
         Ok(PyArray1::from_vec(py, product))
     }
 
@@ -171,5 +171,59 @@ impl RayCore {
     fn from_bytes(py: Python<'_>, bytes: &[u8]) -> PyResult<Self> {
         let factors = computed(py, || RayFactors::from_bytes(bytes))?.map_err(refused)?;
         Ok(Self(Arc::new(FactorOperator::new(factors))))
+    }
+}
+
+/// Their products with far blocks in fewer numbers.
+#[pyclass(frozen, module = "radgrad._radgrad")]
+#[derive(Debug)]
+pub(crate) struct BlockCore(Arc<BlockOperator>);
+
+#[pymethods]
+impl BlockCore {
+    /// Of the factors of a scene.
+    #[new]
+    fn new(py: Python<'_>, scene: PyRef<'_, SceneCore>, rays: PyRef<'_, RayCore>, tolerance: f64) -> PyResult<Self> {
+        let (scene, operator) = (Arc::clone(&scene.scene), Arc::clone(&rays.0));
+        let work = |_: &Stop| -> Result<_, Ended> {
+            let middles = FormFactors::new(&scene)?.middles();
+            Ok(operator.blocks(&middles, tolerance)?)
+        };
+        detached(py, false, work).map(|blocks| Self(Arc::new(blocks)))
+    }
+
+    /// `F Q` of so many columns, face by face.
+    fn apply<'py>(&self, py: Python<'py>, q: PyReadonlyArray1<'_, f64>, columns: usize) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let q = q.as_array().to_vec();
+        let product = computed(py, || self.0.apply_many(&q, columns))?.map_err(refused)?;
+        Ok(PyArray1::from_vec(py, product))
+    }
+
+    /// `F q` and its error in each face.
+    fn certified<'py>(&self, py: Python<'py>, q: PyReadonlyArray1<'_, f64>) -> PyResult<Tuple<'py>> {
+        let q = q.as_array().to_vec();
+        let Certified { product, error } = computed(py, || self.0.certified(&q))?.map_err(refused)?;
+        (PyArray1::from_vec(py, product), PyArray1::from_vec(py, error)).into_pyobject(py)
+    }
+
+    /// Bytes that the blocks take.
+    #[getter]
+    fn bytes(&self) -> usize {
+        self.0.bytes()
+    }
+
+    fn __len__(&self) -> usize {
+        self.0.len()
+    }
+
+    fn to_bytes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, pyo3::types::PyBytes>> {
+        let bytes = computed(py, || self.0.to_bytes())?;
+        Ok(pyo3::types::PyBytes::new(py, &bytes))
+    }
+
+    #[staticmethod]
+    fn from_bytes(py: Python<'_>, bytes: &[u8]) -> PyResult<Self> {
+        let blocks = computed(py, || BlockOperator::from_bytes(bytes))?.map_err(refused)?;
+        Ok(Self(Arc::new(blocks)))
     }
 }

@@ -47,6 +47,29 @@ def test_products_have_an_error_and_are_kept(blocks, tmp_path):
         rg.Factors.load(tmp_path / "f.npz")
 
 
+def test_far_blocks_are_kept_and_err_by_no_more_than_they_say(blocks, tmp_path):
+    F = blocks.factors(method="rays", rays=5000)
+    B = F.blocks(0.05)
+    q = 1 + np.cos(np.arange(len(blocks)))
+    product, error = B.certified(q)
+    assert np.array_equal(product, B @ q) and np.all(abs(product - blocks.factors() @ q) <= error + 1e-3)
+    assert np.allclose(B @ np.ones(len(blocks)), F @ np.ones(len(blocks)), atol=1e-6) and 0 < B.bytes
+    both = B @ np.stack([q, 2 * q], axis=1)
+    assert both.shape == (len(blocks), 2) and np.array_equal(both[:, 0], product)
+    assert (B @ np.empty((len(blocks), 0))).shape == (len(blocks), 0)
+    B.save(tmp_path / "b.npz")
+    for copy in (rg.BlockFactors.load(tmp_path / "b.npz"), pickle.loads(pickle.dumps(B))):
+        assert copy == B and np.array_equal(copy @ q, product)
+    with pytest.raises(ValueError, match="shape"):
+        B @ q[1:]
+    with pytest.raises(ValueError, match="tolerance"):
+        F.blocks(0.0)
+    with pytest.raises(ValueError, match="RayFactors"):
+        rg.RayFactors.load(tmp_path / "b.npz")
+    pytest.importorskip("scipy.sparse.linalg")
+    assert np.array_equal(B.operator @ q, product)
+
+
 def test_an_operator_is_scipy_s(room):
     linalg = pytest.importorskip("scipy.sparse.linalg")
     op = room.operator(rays=5000)

@@ -40,8 +40,8 @@ mod screen;
 #[cfg(test)]
 mod tests;
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, OnceLock};
 
 use radgrad_core::{DVec3, Emission, Emitter, Method, Polygon, Receiver, Tolerance, Value, evaluate_value};
 use smallvec::SmallVec;
@@ -51,7 +51,7 @@ pub use field::FieldCell;
 pub use matrix::{ComputedRow, Entry, FactorMatrix, SurfaceFactor, SurfaceMatrix};
 pub use narrow::Narrowed;
 pub use pair::Factor;
-pub use rays::{Certified, Counted, FactorOperator, RayEntry, RayFactors, RayRow, RaySettings};
+pub use rays::{BlockOperator, Certified, Counted, FactorOperator, RayEntry, RayFactors, RayRow, RaySettings};
 pub use repair::Repaired;
 pub use rule::gauss_legendre;
 
@@ -142,8 +142,8 @@ pub struct FormFactors<'a> {
     parts: Vec<SmallVec<[Part; 1]>>,
     /// The parts that hide, face by face, in that unit.
     screens: Vec<Vec<Screen>>,
-    /// Which of them share edges.
-    neighbours: Neighbours,
+    /// Which of them share edges, once that is asked.
+    neighbours: OnceLock<Neighbours>,
     /// Spheres around the faces, in that unit.
     spheres: Vec<Sphere>,
     /// The areas by which the rounding of coordinates may change the exchange or the shadow of the faces.
@@ -176,7 +176,6 @@ impl<'a> FormFactors<'a> {
         let parts_of =
             |polygon: &Polygon| patches(polygon.vertices()).iter().map(|patch| Part::of(patch, polygon.normal())).collect();
         let (parts, hiders) = (scaled.iter().map(parts_of).collect(), index.hiders());
-        let neighbours = Neighbours::new(&screens);
         let spheres = scaled.iter().map(Sphere::around).collect();
         // A vertex is off by up to the rounding in each coordinate, and by the distance that it was moved.
         let reach = |face: &Face| (face.moved() + 3.0_f64.sqrt() * ready.modelling().precision) * power;
@@ -193,7 +192,7 @@ impl<'a> FormFactors<'a> {
             scaled,
             parts,
             screens,
-            neighbours,
+            neighbours: OnceLock::new(),
             spheres,
             bands,
             stop: None,
@@ -292,6 +291,11 @@ impl<'a> FormFactors<'a> {
             which: face.to_string(),
             known: format!("they are numbered from 0, and there are {}", self.emitters.len()),
         })
+    }
+
+    /// Which convex parts share edges, found when it is first asked: rays do without.
+    fn neighbours(&self) -> &Neighbours {
+        self.neighbours.get_or_init(|| Neighbours::new(&self.screens))
     }
 
     fn polygon(&self, face: usize) -> &Polygon {

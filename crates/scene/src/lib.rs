@@ -40,8 +40,9 @@ pub use extremes::{largest, smallest};
 #[doc(hidden)]
 pub use factors::probes;
 pub use factors::{
-    Certified, ComputedRow, Counted, Entry, Factor, FactorBlock, FactorMatrix, FactorOperator, FactorSettings, FieldCell,
-    FormFactors, Narrowed, RayEntry, RayFactors, RayRow, RaySettings, Repaired, SurfaceFactor, SurfaceMatrix, gauss_legendre,
+    BlockOperator, Certified, ComputedRow, Counted, Entry, Factor, FactorBlock, FactorMatrix, FactorOperator, FactorSettings,
+    FieldCell, FormFactors, Narrowed, RayEntry, RayFactors, RayRow, RaySettings, Repaired, SurfaceFactor, SurfaceMatrix,
+    gauss_legendre,
 };
 pub use heat::{Boundary, HeatError, STEFAN_BOLTZMANN, SurfaceHeat, heat_balance, heat_jacobian, reciprocal_areas};
 pub use host::check_host;

@@ -1,6 +1,7 @@
 //! All elements of a scene, and the faces that lie between them.
 
 pub(crate) mod basis;
+mod boxes;
 pub(crate) mod clusters;
 pub(crate) mod contact;
 pub(crate) mod element;
@@ -21,6 +22,7 @@ use radgrad_scene::{Beam, Occluders, Scene, largest, smallest, triangulate};
 use crate::bytes::Bytes;
 use crate::error::Error;
 use crate::mesh::basis::Basis;
+use crate::mesh::boxes::Boxes;
 use crate::mesh::clusters::Clusters;
 use crate::mesh::element::{Element, around};
 use crate::mesh::outline::{Cut, Given, LARGE, MOST_SLICES, is_long, slices, with_parallelogram};
@@ -122,14 +124,17 @@ impl Mesh {
         let convex = convex.collect::<Result<Vec<_>, Error>>()?;
         let boxes: Vec<[DVec3; 2]> = polygons.iter().map(|polygon| around(polygon.vertices())).collect();
         // Those that are far away stand on nothing, and hang over nothing closely.
+        let index = Boxes::new(&boxes);
         let others = |face: usize, close: f64| {
             let [low, high] = boxes[face];
+            let own = 1e-6 * (high - low).max_element();
             let meets = move |[from, to]: &[DVec3; 2]| {
-                let reach = DVec3::splat(largest(1e-6 * (high - low).max_element(), close * (*to - *from).max_element()));
+                let reach = DVec3::splat(largest(own, close * (*to - *from).max_element()));
                 from.cmple(high + reach).all() && to.cmpge(low - reach).all()
             };
-            let near = boxes.iter().enumerate().filter(move |(other, of)| *other != face && meets(of));
-            near.map(|(other, _)| &polygons[other])
+            let near = index.near([low, high], own, close).into_iter();
+            let boxes = &boxes;
+            near.filter(move |&other| other != face && meets(&boxes[other])).map(|other| &polygons[other])
         };
         // Long faces are cut into parts where no face meets another and parts are few.
         let count = |polygon: &Polygon| slices(polygon.vertices()).map_or(1, |slices| slices.len());

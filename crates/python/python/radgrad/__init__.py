@@ -39,7 +39,7 @@ from ._evaluate import (
 from ._factors import Factors, ReaderWarning, Rows, ToleranceWarning
 from ._heat import Heat, heat
 from ._progress import Step, threads
-from ._rays import RayFactors
+from ._rays import BlockFactors, RayFactors
 from ._scene import Scene
 from ._solution import Certificate, Gathered, Picture, Round, Sensitivity, Slopes, Solution
 
@@ -48,6 +48,7 @@ __all__ = [
     "Affine",
     "Answer",
     "AuditReport",
+    "BlockFactors",
     "Case",
     "Certificate",
     "Derivatives",

@@ -36,17 +36,11 @@ def ray_settings(
     return found
 
 
-class RayFactors:
-    """Form factors by rays: `F[i, j]` from face i to face j, each in an interval that holds with a stated probability, which is no bound.
+class _Products:
+    """Products with the factors of a scene's faces."""
 
-    Factors are reciprocal, and rows sum to 1 with `open`. Pairs that no ray joined are not stored, and are at most `absent`. `F @ q` is what each face
-    gets of what all send; it needs no matrix, and `operator` is the same for scipy's solvers.
-    """
-
-    def __init__(self, scene: "Scene", core: Any, settings: "dict[str, Any]") -> None:
-        self._scene, self._core, self._settings = scene, core, settings
-        self._csr: Any = None
-        self._ends: Any = None
+    def __init__(self, scene: "Scene", core: Any) -> None:
+        self._scene, self._core = scene, core
 
     @property
     def scene(self) -> "Scene":
@@ -57,6 +51,58 @@ class RayFactors:
     def shape(self) -> "Tuple[int, int]":
         """(faces, faces)."""
         return len(self._scene), len(self._scene)
+
+    def __matmul__(self, q: Any) -> Floats:
+        """What each face gets: the sums over j of `F[i, j] q[j]`, for (faces,) or (faces, k)."""
+        values = _numbers(q, "q")
+        count = len(self._scene)
+        if values.ndim not in (1, 2) or values.shape[0] != count:
+            raise ValueError(f"q has shape {values.shape}: expected ({count},) or ({count}, k), a value a face")
+        columns = 1 if values.ndim == 1 else values.shape[1]
+        return self._core.apply(np.ascontiguousarray(values).reshape(-1), columns).reshape(values.shape)
+
+    def certified(self, q: Any) -> "Tuple[Floats, Floats]":
+        """`F @ q` for (faces,), and the error of each of its numbers, which all hold together with the confidence if q was chosen without looking at
+        the factors."""
+        values = _numbers(q, "q")
+        if values.shape != (len(self._scene),):
+            raise ValueError(f"q has shape {values.shape}: expected ({len(self._scene)},), a value a face")
+        return self._core.certified(values)
+
+    def _operator(self) -> Any:
+        try:
+            from scipy.sparse.linalg import LinearOperator  # type: ignore[import-untyped]
+        except ImportError:
+            raise ImportError("a linear operator needs scipy: pip install radgrad[sparse]") from None
+        areas = np.asarray(self._scene.areas)
+        found = LinearOperator(
+            self.shape,
+            matvec=lambda q: self @ np.asarray(q, dtype=float).reshape(-1),
+            # A_i F_ij = A_j F_ji
+            rmatvec=lambda q: areas * (self @ (np.asarray(q, dtype=float).reshape(-1) / areas)),
+            matmat=lambda q: self @ np.asarray(q, dtype=float),
+            dtype=np.float64,
+        )
+        found.factors = self
+        return found
+
+    def __len__(self) -> int:
+        """Number of faces."""
+        return len(self._scene)
+
+
+class RayFactors(_Products):
+    """Form factors by rays: `F[i, j]` from face i to face j, each in an interval that holds with a stated probability, which is no bound.
+
+    Factors are reciprocal, and rows sum to 1 with `open`. Pairs that no ray joined are not stored, and are at most `absent`. `F @ q` is what each face
+    gets of what all send; it needs no matrix, and `operator` is the same for scipy's solvers.
+    """
+
+    def __init__(self, scene: "Scene", core: Any, settings: "dict[str, Any]") -> None:
+        super().__init__(scene, core)
+        self._settings = settings
+        self._csr: Any = None
+        self._ends: Any = None
 
     @property
     def rays(self) -> int:
@@ -115,24 +161,6 @@ class RayFactors:
             self._ends = self._core.intervals()
         return self._ends[2]
 
-    def __matmul__(self, q: Any) -> Floats:
-        """What each face gets: the sums over j of `F[i, j] q[j]`, for (faces,) or (faces, k)."""
-        values = _numbers(q, "q")
-        count = len(self._scene)
-        if values.ndim not in (1, 2) or values.shape[0] != count:
-            raise ValueError(f"q has shape {values.shape}: expected ({count},) or ({count}, k), a value a face")
-        if values.ndim == 1:
-            return self._core.apply(values)
-        return np.stack([self._core.apply(np.ascontiguousarray(column)) for column in values.T], axis=1) if values.size else values.copy()
-
-    def certified(self, q: Any) -> "Tuple[Floats, Floats]":
-        """`F @ q` for (faces,), and the error of each of its numbers, which all hold together with the confidence if q was chosen without looking at
-        the factors."""
-        values = _numbers(q, "q")
-        if values.shape != (len(self._scene),):
-            raise ValueError(f"q has shape {values.shape}: expected ({len(self._scene)},), a value a face")
-        return self._core.certified(values)
-
     @property
     def error(self) -> float:
         """A product errs by at most this times the largest of `abs(q)`, likewise; `certified` has narrower errors."""
@@ -141,21 +169,17 @@ class RayFactors:
     @property
     def operator(self) -> Any:
         """The factors as a `scipy.sparse.linalg.LinearOperator`, with `error` and `factors`."""
-        try:
-            from scipy.sparse.linalg import LinearOperator  # type: ignore[import-untyped]
-        except ImportError:
-            raise ImportError("a linear operator needs scipy: pip install radgrad[sparse]") from None
-        areas = np.asarray(self._scene.areas)
-        found = LinearOperator(
-            self.shape,
-            matvec=lambda q: self @ np.asarray(q, dtype=float).reshape(-1),
-            # A_i F_ij = A_j F_ji
-            rmatvec=lambda q: areas * (self @ (np.asarray(q, dtype=float).reshape(-1) / areas)),
-            matmat=lambda q: self @ np.asarray(q, dtype=float),
-            dtype=np.float64,
-        )
-        found.error, found.factors = self.error, self
+        found = self._operator()
+        found.error = self.error
         return found
+
+    def blocks(self, tolerance: float = 0.002) -> "BlockFactors":
+        """The products with far blocks in fewer numbers: of very many faces far less memory and time.
+
+        `tolerance` is the share of what two far parts of the scene exchange that may be elsewhere in them.
+        """
+        core = _radgrad.BlockCore(self._scene._core, self._core, float(tolerance))
+        return BlockFactors(self._scene, core)
 
     def save(self, file: PathLike) -> None:
         """Keep all of it in a ``.npz``, of which `load` makes it again without any ray."""
@@ -175,10 +199,6 @@ class RayFactors:
 
     def __reduce__(self) -> Any:
         return _of_bytes, (self._scene, self._settings, self._core.to_bytes())
-
-    def __len__(self) -> int:
-        """Number of faces."""
-        return len(self._scene)
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, RayFactors):
@@ -200,6 +220,59 @@ class RayFactors:
 
     def _repr_html_(self) -> str:
         return table("Form factors by rays", self._said())
+
+
+class BlockFactors(_Products):
+    """Products with factors by rays whose far blocks have fewer numbers: `B @ q` is nearly `F @ q`, and `operator` is the same for scipy's solvers.
+
+    Rows have the sums that they had, and pairs are reciprocal. The factors themselves are not kept.
+    """
+
+    @property
+    def operator(self) -> Any:
+        """The products as a `scipy.sparse.linalg.LinearOperator`, with `factors`, which has `certified`."""
+        return self._operator()
+
+    @property
+    def bytes(self) -> int:
+        """Memory that the blocks take."""
+        return self._core.bytes
+
+    def save(self, file: PathLike) -> None:
+        """Keep all of it in a ``.npz``, of which `load` makes it again."""
+        parts = {"scene": self._scene._core.to_bytes(), "blocks": self._core.to_bytes()}
+        _store.save(file, "BlockFactors", {"notes": self._scene.notes}, parts)
+
+    @classmethod
+    def load(cls, file: PathLike, budget: int = _store.BUDGET) -> "BlockFactors":
+        """What `save` wrote, to the last bit. `budget` bytes may be read.
+
+        A `ValueError` if the file is no such file or is damaged, an `OSError` if it cannot be read.
+        """
+        from ._scene import _from_bytes
+
+        about, parts = _store.load(file, "BlockFactors", ("scene", "blocks"), budget)
+        return _blocks_of_bytes(_from_bytes(parts["scene"], about["notes"]), parts["blocks"])
+
+    def __reduce__(self) -> Any:
+        return _blocks_of_bytes, (self._scene, self._core.to_bytes())
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, BlockFactors):
+            return NotImplemented
+        return self._scene == other._scene and self._core.to_bytes() == other._core.to_bytes()
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __repr__(self) -> str:
+        return f"<radgrad.BlockFactors: faces {len(self)}, bytes {self.bytes}>"
+
+
+def _blocks_of_bytes(scene: "Scene", blocks: bytes) -> BlockFactors:
+    core = _radgrad.BlockCore.from_bytes(blocks)
+    if len(core) != len(scene):
+        raise ValueError(f"products of {len(core)} faces: the scene has {len(scene)}")
+    return BlockFactors(scene, core)
 
 
 def _of_bytes(scene: "Scene", settings: "dict[str, Any]", rays: bytes) -> RayFactors:

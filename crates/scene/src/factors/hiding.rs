@@ -270,7 +270,7 @@ impl FormFactors<'_> {
         // How far inside its outline a face is crossed, for the width of the beam there.
         let worth = |(face, share): (usize, f64)| {
             let point = middles[0] + (middles[1] - middles[0]) * share;
-            let clear = self.neighbours.clearance((face, self.scaled(face).normal()), point, along);
+            let clear = self.neighbours().clearance((face, self.scaled(face).normal()), point, along);
             (face, clear / (near + (far - near) * share))
         };
         let mut worths: Vec<(usize, f64)> = crossing.into_iter().map(worth).filter(|(_, worth)| *worth > WORTHWHILE).collect();
@@ -347,7 +347,7 @@ impl FormFactors<'_> {
                         if is_joined {
                             continue;
                         }
-                        let beyond = self.neighbours.beyond(place.0, before + k).filter(|other| !own.contains(&other.0));
+                        let beyond = self.neighbours().beyond(place.0, before + k).filter(|other| !own.contains(&other.0));
                         let count = open.len();
                         open.extend(beyond.map(|other| (Some([a, b]), other)));
                         if open.len() == count {

@@ -17,6 +17,7 @@
 //! open shares hold together with that confidence. Every count depends on the seed, the face and the scene alone, and sums are taken in the order of faces: so
 //! answers do not depend on how many threads or machines the rows were computed on.
 
+mod blocks;
 mod bytes;
 mod draw;
 mod limits;
@@ -25,10 +26,11 @@ mod pairs;
 #[cfg(test)]
 mod tests;
 
-use radgrad_core::Polygon;
+use radgrad_core::{DVec3, Polygon};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+pub use blocks::BlockOperator;
 pub use operator::{Certified, FactorOperator};
 pub use pairs::{RayEntry, RayFactors, RayRow};
 
@@ -123,6 +125,12 @@ impl Counted {
 }
 
 impl FormFactors<'_> {
+    /// The middle of each face of the scene, in a unit in which coordinates are up to 1.
+    #[must_use]
+    pub fn middles(&self) -> Vec<DVec3> {
+        self.spheres.iter().map(|sphere| sphere.centre).collect()
+    }
+
     /// The faces that the rays of a range of [`Self::faces`] meet, counted on all cores. `keep` is called with each row, in any order.
     ///
     /// # Errors

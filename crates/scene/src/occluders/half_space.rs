@@ -175,11 +175,20 @@ impl HalfSpace {
         sum(self.normal * corner) - self.offset <= self.slack + level.at(0.0)
     }
 
+    /// How far from its plane a point of a box is at least that counts as off it, less what is computed of the box: all around a level floor is a plain
+    /// of boxes that are not looked into.
+    fn level_at_box(&self, low: &Located, high: &Located) -> f64 {
+        let Exact::Level(level) = self.exact else { return 0.0 };
+        let beyond = (low.q - self.origin.q).max(self.origin.q - high.q).max(DVec3::ZERO);
+        // The distance is rounded by less than this.
+        level.at(beyond.length() * (1.0 - 8.0 * f64::EPSILON)) + self.slack
+    }
+
     /// Whether no point in a box is on the other side, as [`Self::holds`] says it.
     pub(super) fn holds_box(&self, low: &Located, high: &Located) -> bool {
         let corner = DVec3::select(self.normal.cmpgt(DVec3::ZERO), low.q, high.q);
         // The same with the computed N at a point in it is larger, but for rounding, and that of the point counts on its side.
-        sum(self.normal * corner) - self.offset >= 2.0 * self.error(largest(low.reach, high.reach))
+        sum(self.normal * corner) - self.offset >= 2.0 * self.error(largest(low.reach, high.reach)) - self.level_at_box(low, high)
     }
 
     /// Whether no point of the convex hull of `points` is inside, where points on the plane are not.

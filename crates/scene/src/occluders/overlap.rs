@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use radgrad_core::DVec3;
+use rayon::prelude::*;
 use smallvec::SmallVec;
 
 use super::Occluders;
@@ -65,7 +66,7 @@ impl Occluders {
             let is_behind = |other: usize| !front.holds(self.polygons[other].vertices.iter().map(|&v| shape.frame.locate(v)));
             self.visit(has_a_point_behind, is_behind)
         };
-        let order = (0..self.polygons.len()).filter(|&index| has_any_behind(&self.polygons[index])).collect();
+        let order = (0..self.polygons.len()).into_par_iter().filter(|&index| has_any_behind(&self.polygons[index])).collect();
         Tree::of(order, &self.polygons.iter().map(|polygon| polygon.bounds).collect::<Vec<_>>())
     }
 

@@ -12,6 +12,7 @@
 //! - If the largest coordinate is then not between 2^-64 and 2^64, the power of two that brings it to [1/2, 1) multiplies all. Only
 //!   underflow makes that inexact, where a scene has lengths of very different sizes: it is refused.
 
+use std::cell::OnceCell;
 use std::fmt;
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -238,17 +239,16 @@ impl Scene {
     /// Lamps and surfaces with nothing before them.
     fn unlit(&self, index: &Occluders) -> Vec<Warning> {
         let exchanging: Vec<usize> = (0..self.faces.len()).filter(|&face| self.exchanges(face)).collect();
-        let mut blind = vec![false; self.faces.len()];
-        for &face in &exchanging {
-            blind[face] = !index.faces_any(face, |other| self.exchanges(other));
-        }
+        // Asked of few faces mostly: of lamps, and of a surface until one of its faces sees another.
+        let known: Vec<OnceCell<bool>> = vec![OnceCell::new(); self.faces.len()];
+        let is_blind = |&face: &usize| *known[face].get_or_init(|| !index.faces_any(face, |other| self.exchanges(other)));
         let emits = |face: usize| (0..self.channels.len()).any(|channel| self.mean_over(face, Quantity::Radiance, channel) > 0.0);
         let lamps: Vec<usize> = exchanging.iter().copied().filter(|&face| emits(face)).collect();
         let mut warnings = Vec::new();
         if lamps.is_empty() {
             warnings.push(Warning::Dark);
         }
-        if exchanging.len() > 1 && exchanging.iter().all(|&face| blind[face]) {
+        if exchanging.len() > 1 && exchanging.iter().all(is_blind) {
             warnings.push(Warning::InsideOut);
             return warnings;
         }
@@ -256,8 +256,8 @@ impl Scene {
             let chosen = self.surfaces.iter().filter(|surface| surface.exchanges && keep(&surface.faces));
             chosen.map(|surface| surface.name.clone()).collect::<Vec<String>>()
         };
-        let lights_nothing = |faces: &[usize]| faces.iter().any(|face| blind[*face] && lamps.binary_search(face).is_ok());
-        let sees_nothing = |faces: &[usize]| !lights_nothing(faces) && faces.iter().all(|&face| blind[face]);
+        let lights_nothing = |faces: &[usize]| faces.iter().any(|face| lamps.binary_search(face).is_ok() && is_blind(face));
+        let sees_nothing = |faces: &[usize]| faces.iter().all(is_blind) && !lights_nothing(faces);
         let useless = named(&lights_nothing);
         if !useless.is_empty() {
             warnings.push(Warning::LightsNothing { surfaces: useless });

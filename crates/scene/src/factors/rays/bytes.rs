@@ -1,5 +1,7 @@
-//! Factors by rays as bytes: five bytes a pair and a little for each face.
+//! Factors by rays as bytes, five bytes a pair and a little for each face, and their products in blocks.
 
+use super::blocks::{self, Block, BlockOperator, SIDE};
+use super::limits::Chances;
 use super::pairs::{Counts, Known, Near, RayFactors, parts};
 use crate::Error;
 
@@ -83,6 +85,79 @@ impl RayFactors {
         factors.sums = factors.row_sums();
         // A row is above 1 by no more than bounds of near pairs.
         factors.sums.iter().all(|sum| *sum <= 1.0 + 1e-6).then_some(factors)
+    }
+}
+
+/// The first bytes of [`BlockOperator::to_bytes`].
+const BEGIN_BLOCKS: &[u8; 16] = b"radgrad blocks 1";
+
+impl BlockOperator {
+    /// All of it as bytes, to be kept or sent.
+    #[must_use]
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let Self { order, areas, fixed, chances, blocks, numbers, places, .. } = self;
+        let mut bytes = BEGIN_BLOCKS.to_vec();
+        for number in [order.len(), blocks.len(), numbers.len(), places.len()] {
+            bytes.extend((number as u64).to_le_bytes());
+        }
+        bytes.extend(chances.rays.to_le_bytes());
+        bytes.extend(chances.logarithm.to_le_bytes());
+        let reals = [areas, &fixed[0], &fixed[1]].into_iter().flatten();
+        reals.for_each(|number| bytes.extend(number.to_le_bytes()));
+        let of_block = |&Block { starts: [a, b], lengths: [c, d], pairs }: &Block| [a, b, c, d, pairs];
+        let shorts = order.iter().copied().chain(blocks.iter().flat_map(of_block));
+        shorts.for_each(|number| bytes.extend(number.to_le_bytes()));
+        numbers.iter().for_each(|number| bytes.extend(number.to_le_bytes()));
+        bytes.extend(places.as_flattened());
+        bytes
+    }
+
+    /// From those bytes.
+    ///
+    /// # Errors
+    /// If they are not such bytes.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, Error> {
+        let wrong = || Error::expected("products in blocks, as they were kept", format!("{} bytes that are none", bytes.len()));
+        Self::read(&mut Bytes(bytes)).ok_or_else(wrong)
+    }
+
+    fn read(bytes: &mut Bytes<'_>) -> Option<Self> {
+        (bytes.take(BEGIN_BLOCKS.len())? == BEGIN_BLOCKS).then_some(())?;
+        let [count, blocks, numbers, places] = [bytes.length()?, bytes.length()?, bytes.length()?, bytes.length()?];
+        let rays = u64::from_le_bytes(*bytes.take(8)?.first_chunk()?);
+        let logarithm = *bytes.reals(1)?.first()?;
+        let (areas, fixed) = (bytes.reals(count)?, [bytes.reals(count)?, bytes.reals(count)?]);
+        let order = bytes.shorts(count)?;
+        let of_block = |of: &[u32; 5]| Block { starts: [of[0], of[1]], lengths: [of[2], of[3]], pairs: of[4] };
+        let blocks: Vec<Block> = bytes.shorts(blocks.checked_mul(5)?)?.as_chunks().0.iter().map(of_block).collect();
+        let numbers: Vec<f32> = bytes.shorts(numbers)?.into_iter().map(f32::from_bits).collect();
+        let places = bytes.take(places.checked_mul(2)?)?.as_chunks().0.to_vec();
+        let is_amount = |number: &f64| *number >= 0.0 && number.is_finite();
+        let mut is_there = vec![false; count];
+        let is_new = |face: &u32| is_there.get_mut(*face as usize).is_some_and(|there| !std::mem::replace(there, true));
+        let are_known =
+            rays > 0 && logarithm > 0.0 && logarithm.is_finite() && areas.iter().all(|area| is_amount(area) && *area > 0.0);
+        let are_amounts =
+            fixed.iter().flatten().all(is_amount) && numbers.iter().all(|number| *number >= 0.0 && number.is_finite());
+        (bytes.0.is_empty() && order.iter().all(is_new) && are_known && are_amounts).then_some(())?;
+        let mut ends = [0_usize; 2];
+        for block in &blocks {
+            let sizes = block.sizes();
+            let start = ends[1];
+            ends = [ends[0].checked_add(sizes[0])?, start.checked_add(sizes[1])?];
+            let [rows, columns] = block.ranges();
+            let are_within = |&[i, j]: &[u8; 2]| usize::from(i) < rows.len() && usize::from(j) < columns.len();
+            let is_small = block.pairs == 0 || rows.len() <= SIDE && columns.len() <= SIDE;
+            let is_block =
+                is_small && rows.end <= count && columns.end <= count && places.get(start..ends[1])?.iter().all(are_within);
+            is_block.then_some(())?;
+        }
+        (ends == [numbers.len(), places.len()]).then_some(())?;
+        let parts = blocks::parts(&blocks);
+        let chances = Chances { rays, logarithm };
+        let found = Self { order, areas, fixed, chances, blocks, numbers, places, parts };
+        // No row is above 1 by more than bounds of near pairs and roundings.
+        found.apply(&vec![1.0; count]).ok()?.iter().all(|sum| *sum <= 1.0 + 1e-5).then_some(found)
     }
 }
 

@@ -7,7 +7,7 @@
 
 use std::sync::OnceLock;
 
-use super::super::smaller;
+use super::super::{larger, smaller};
 
 /// Steps of the search for a limit: each halves the range.
 const STEPS: u32 = 60;
@@ -73,6 +73,25 @@ pub(super) fn sum_limits(sum: f64, logarithm: f64) -> [f64; 2] {
     };
     // `m - s - s ln(m/s) >= (m - s)^2 / 2m` for `m >= s`: beyond this it is more than the logarithm.
     [search(0.0), search(sum + 2.0 * logarithm + 2.0 * (logarithm * sum).sqrt())]
+}
+
+/// How far sums of independent numbers may be off, each up to a share of a ray.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Chances {
+    /// Rays from each face.
+    pub(super) rays: u64,
+    /// `ln(2/delta)` of each sum.
+    pub(super) logarithm: f64,
+}
+
+impl Chances {
+    /// Of a sum over the rays of numbers up to `most`, not below 0, or of what is at most so large: by Chernoff's limits.
+    pub(super) fn of(self, sum: f64, most: f64) -> f64 {
+        let one = most / self.rays as f64;
+        let counted = sum / one;
+        let [low, high] = sum_limits(counted, self.logarithm);
+        one * larger(high - counted, counted - low)
+    }
 }
 
 /// Trials by which each interval is at most so wide to either side.

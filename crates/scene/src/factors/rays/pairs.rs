@@ -242,43 +242,60 @@ impl RayFactors {
     }
 
     /// Of each face the counted exchanges, each times the `x` of the other face.
-    fn exchanged(&self, x: &[f64]) -> Vec<f64> {
-        let [counted, _] = self.products([x, &vec![0.0; x.len()]]);
-        counted
+    pub(super) fn exchanged(&self, x: &[f64]) -> Vec<f64> {
+        let [counted, _] = self.products::<1>([x.as_chunks().0, &vec![[0.0]; x.len()]]);
+        counted.into_flattened()
     }
 
-    /// Sums over the pairs of each face of its exchange times the other face's number, on all cores: of counted pairs and of near ones.
-    pub(super) fn products(&self, numbers: [&[f64]; 2]) -> [Vec<f64>; 2] {
-        let zeros = || [vec![0.0; self.len()], vec![0.0; self.len()]];
+    /// Calls with each pair, the lower face first, and its exchange.
+    pub(super) fn each_exchange(&self, mut exchange: impl FnMut([usize; 2], f64)) {
+        for (i, (counts, near)) in self.counts.iter().zip(&self.near).enumerate() {
+            for (j, hits) in counts.iter() {
+                let j = j as usize;
+                exchange([i, j], f64::from(hits) * self.known.weight(i, j).0 * self.scale[i] * self.scale[j]);
+            }
+            near.iter().for_each(|near| exchange([i, near.face as usize], near.area));
+        }
+    }
+
+    /// Sums over the pairs of each face of its exchange times the other face's numbers, on all cores: of counted pairs and of near ones.
+    pub(super) fn products<const K: usize>(&self, numbers: [&[[f64; K]]; 2]) -> [Vec<[f64; K]>; 2] {
+        let zeros = || [vec![[0.0; K]; self.len()], vec![[0.0; K]; self.len()]];
         let part = |range: &Range<usize>| {
             let mut sums = zeros();
             self.add_products(range.clone(), numbers, &mut sums);
             sums
         };
-        let parts: Vec<[Vec<f64>; 2]> = self.parts.par_iter().map(part).collect();
+        let parts: Vec<[Vec<[f64; K]>; 2]> = self.parts.par_iter().map(part).collect();
         let mut sums = zeros();
         for part in parts {
             for (sums, part) in sums.iter_mut().zip(part) {
-                sums.iter_mut().zip(part).for_each(|(sum, part)| *sum += part);
+                sums.as_flattened_mut().iter_mut().zip(part.into_flattened()).for_each(|(sum, part)| *sum += part);
             }
         }
         sums
     }
 
-    /// Adds, to both faces of each pair whose lower face is in a range, its exchange times the other face's number: of counted pairs and of near ones.
-    fn add_products(&self, range: Range<usize>, [counted, near]: [&[f64]; 2], [of_counted, of_near]: &mut [Vec<f64>; 2]) {
+    /// Adds, to both faces of each pair whose lower face is in a range, its exchange times the other face's numbers: of counted pairs and of near ones.
+    fn add_products<const K: usize>(
+        &self,
+        range: Range<usize>,
+        [counted, near]: [&[[f64; K]]; 2],
+        [of_counted, of_near]: &mut [Vec<[f64; K]>; 2],
+    ) {
+        let add = |sum: &mut [f64; K], area: f64, numbers: &[f64; K]| (0..K).for_each(|k| sum[k] += area * numbers[k]);
         for i in range {
-            let mut sum = 0.0;
+            let mut sum = [0.0; K];
             for (j, hits) in self.counts[i].iter() {
                 let j = j as usize;
                 let area = f64::from(hits) * self.known.weight(i, j).0;
-                sum += area * counted[j];
-                of_counted[j] += area * counted[i];
+                add(&mut sum, area, &counted[j]);
+                add(&mut of_counted[j], area, &counted[i]);
             }
-            of_counted[i] += sum;
+            add(&mut of_counted[i], 1.0, &sum);
             for &Near { face, area, .. } in &self.near[i] {
-                of_near[i] += area * near[face as usize];
-                of_near[face as usize] += area * near[i];
+                add(&mut of_near[i], area, &near[face as usize]);
+                add(&mut of_near[face as usize], area, &near[i]);
             }
         }
     }

@@ -261,3 +261,99 @@ fn factors_are_kept_to_the_last_bit_and_damaged_bytes_are_refused() {
         }
     }
 }
+
+/// The product of factors with numbers of faces, in blocks as well.
+fn in_blocks(factors: &FormFactors<'_>, rays: u32, tolerance: f64) -> (FactorOperator, BlockOperator) {
+    let operator = FactorOperator::new(of(factors, rays, 1));
+    let blocks = operator.blocks(&factors.middles(), tolerance).unwrap();
+    (operator, blocks)
+}
+
+#[test]
+fn far_blocks_keep_the_sums_of_rows_and_reciprocity_and_take_few_bytes() {
+    let scene = room(8, false);
+    let factors = FormFactors::new(&scene).unwrap();
+    let (operator, blocks) = in_blocks(&factors, 4000, 0.02);
+    let count = scene.faces().len();
+    assert!(5 * blocks.bytes() < 12 * operator.factors().stored(), "{} {}", blocks.bytes(), operator.factors().stored());
+    let ones = vec![1.0; count];
+    for (all, few) in operator.apply(&ones).unwrap().into_iter().zip(blocks.apply(&ones).unwrap()) {
+        assert!((all - few).abs() < 1e-6, "{all} {few}");
+    }
+    let areas: Vec<f64> = scene.polygons().map(Polygon::area).collect();
+    let column = |face: usize| blocks.apply(&(0..count).map(|k| f64::from(u8::from(k == face))).collect::<Vec<_>>()).unwrap();
+    for (i, j) in [(0, 1), (3, 200), (17, 300), (count - 1, 5)] {
+        let [from_i, from_j] = [column(j)[i] * areas[i], column(i)[j] * areas[j]];
+        assert!(from_i >= 0.0 && (from_i - from_j).abs() <= 1e-14 * from_i, "{i} {j}: {from_i} {from_j}");
+    }
+}
+
+#[test]
+fn a_product_in_blocks_errs_by_no_more_than_it_says() {
+    let scene = room(4, false);
+    let factors = FormFactors::new(&scene).unwrap();
+    let truth = factors.matrix(&FactorSettings { tolerance: 1e-2, estimate: 1e-6, ..FactorSettings::default() }, || ()).unwrap();
+    let smooth = |polygon: &Polygon| polygon.vertices()[0].x - 0.3;
+    let steep = |polygon: &Polygon| f64::from(u8::from(polygon.vertices()[0].y > 0.4));
+    for q in [scene.polygons().map(smooth).collect::<Vec<_>>(), scene.polygons().map(steep).collect()] {
+        let off = [0.01, 0.9].map(|tolerance| {
+            let (operator, blocks) = in_blocks(&factors, 4000, tolerance);
+            let (Certified { product, error }, all) = (blocks.certified(&q).unwrap(), operator.apply(&q).unwrap());
+            let mut off = 0.0;
+            for (face, (product, error)) in product.into_iter().zip(error).enumerate() {
+                let expected: f64 = truth.row(face).map(|entry| entry.factor * q[entry.face]).sum();
+                assert!((product - expected).abs() <= error, "{face}: {product} {expected} {error}");
+                off = larger(off, (product - all[face]).abs());
+            }
+            off
+        });
+        // What is asked for shows.
+        assert!(off[0] < 0.02 && off[1] > off[0], "{off:?}");
+    }
+}
+
+#[test]
+fn columns_at_once_are_those_one_after_the_other_on_any_number_of_threads() {
+    let scene = room(4, true);
+    let factors = FormFactors::new(&scene).unwrap();
+    let (operator, blocks) = in_blocks(&factors, 2000, 0.05);
+    let count = scene.faces().len();
+    for columns in [0, 2, 11] {
+        let q: Vec<f64> = (0..count * columns).map(|k| (k as f64).sin()).collect();
+        for threads in [1, 3] {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let found = pool.install(|| [operator.apply_many(&q, columns).unwrap(), blocks.apply_many(&q, columns).unwrap()]);
+            for column in 0..columns {
+                let of = |all: &[f64]| (0..count).map(|face| all[face * columns + column]).collect::<Vec<f64>>();
+                assert_eq!(of(&found[0]), operator.apply(&of(&q)).unwrap(), "{columns} {column}");
+                assert_eq!(of(&found[1]), blocks.apply(&of(&q)).unwrap(), "{columns} {column}");
+            }
+        }
+        assert!(columns == 0 || operator.apply_many(&q[1..], columns).is_err() && blocks.apply_many(&q[1..], columns).is_err());
+    }
+    assert!(blocks.apply(&vec![f64::NAN; count]).is_err());
+    for tolerance in [0.0, 1.0, f64::NAN] {
+        assert!(operator.blocks(&factors.middles(), tolerance).is_err(), "{tolerance}");
+    }
+    assert!(operator.blocks(&factors.middles()[1..], 0.1).is_err());
+}
+
+#[test]
+fn blocks_are_kept_to_the_last_bit_and_damaged_bytes_are_refused() {
+    let scene = room(4, true);
+    let (_, blocks) = in_blocks(&FormFactors::new(&scene).unwrap(), 2000, 0.05);
+    let bytes = blocks.to_bytes();
+    assert_eq!(BlockOperator::from_bytes(&bytes).unwrap(), blocks);
+    for end in (0..bytes.len()).step_by(97) {
+        assert!(BlockOperator::from_bytes(&bytes[..end]).is_err(), "{end}");
+    }
+    // Changed bytes are refused, or are other products that can be asked for.
+    let ones = vec![1.0; blocks.len()];
+    for at in (0..bytes.len()).step_by(7) {
+        let mut changed = bytes.clone();
+        changed[at] ^= 0x80;
+        if let Ok(changed) = BlockOperator::from_bytes(&changed) {
+            assert!(changed.apply(&ones).unwrap().into_iter().all(|sum| sum <= 1.0 + 1e-5), "{at}");
+        }
+    }
+}
