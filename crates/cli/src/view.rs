@@ -175,6 +175,12 @@ impl View {
             Ok(())
         };
         let pixels = self.pixels(solution, stop, &|pixels| save(pixels, false))?;
+        if pixels.iter().all(|pixel| pixel.radiosity.iter().all(|value| *value == 0.0)) {
+            say(format_args!(
+                "the view is black: no ray meets the lit front of a face; faces are seen from the side from which their vertices run \
+                 counter-clockwise: is the eye of --camera inside the room?"
+            ));
+        }
         save(&pixels, true)?;
         let all = |of: fn(&Pixel) -> &Vec<f64>| pixels.iter().flat_map(|pixel| of(pixel).iter().copied()).collect();
         Ok(Picture { size: self.size, radiosity: all(|pixel| &pixel.radiosity), estimate: all(|pixel| &pixel.estimate) })
