@@ -68,7 +68,7 @@ impl Demo {
             Self::Canyon => &[
                 "radgrad check canyon.obj",
                 "radgrad factors canyon.obj --from street --to sky",
-                "radgrad solve canyon.obj --error 1% --view canyon.png --camera \"7 22 4  40 19 4  0 0 1  60\"",
+                "radgrad solve canyon.obj --error 1% --view canyon.png --camera \"3 23.5 17  40 18.5 3  0 0 1  60\"",
             ],
             Self::Furnace => &[
                 "radgrad check furnace.obj",
