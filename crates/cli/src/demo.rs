@@ -22,6 +22,8 @@ pub(crate) struct Arguments {
 enum Demo {
     /// A room with two lamps and furniture, in metres and cd/m2.
     Office,
+    /// A living room with a window, a lamp and furniture, in colours, in metres and cd/m2.
+    Room,
     /// The Cornell box, in millimetres.
     Cornell,
     /// A street between two blocks under a sky.
@@ -37,6 +39,7 @@ impl Demo {
             Self::Cornell => {
                 &[("cornell.obj", include_str!("demo/cornell.obj")), ("cornell.mtl", include_str!("demo/cornell.mtl"))]
             }
+            Self::Room => &[("room.obj", include_str!("demo/room.obj")), ("room.mtl", include_str!("demo/room.mtl"))],
             Self::Canyon => &[("canyon.obj", include_str!("demo/canyon.obj")), ("canyon.mtl", include_str!("demo/canyon.mtl"))],
             Self::Furnace => &[
                 ("furnace.obj", include_str!("demo/furnace.obj")),
@@ -57,10 +60,15 @@ impl Demo {
                 "radgrad solve cornell.obj --error 1%",
                 "radgrad solve cornell.obj --error 1% --view cornell.png --camera \"278 273 -800  278 273 0  0 1 0  39\"",
             ],
+            Self::Room => &[
+                "radgrad check room.obj",
+                "radgrad solve room.obj --error 2% --lux --grid z=0.8,step=0.5,margin=0.5 --answers room.csv",
+                "radgrad solve room.obj --error 2% --view room.png --camera \"0.4 0.3 1.7  3.2 2.4 0.9  0 0 1  65\"",
+            ],
             Self::Canyon => &[
                 "radgrad check canyon.obj",
                 "radgrad factors canyon.obj --from street --to sky",
-                "radgrad solve canyon.obj --error 1% --view canyon.png --camera \"-30 20 22  40 20 2  0 0 1  45\"",
+                "radgrad solve canyon.obj --error 1% --view canyon.png --camera \"3 23.5 17  40 18.5 3  0 0 1  60\"",
             ],
             Self::Furnace => &[
                 "radgrad check furnace.obj",

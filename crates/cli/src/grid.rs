@@ -23,8 +23,10 @@ pub(crate) struct Grid {
 /// Why a grid has no points.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum Failure {
-    #[error("--grid {0}: more than {MOST} points: give a larger step")]
-    Many(Grid),
+    #[error(
+        "--grid {0}: more than {MOST} points: the scene reaches from {1} to {2}, in the unit of its file: give a larger step"
+    )]
+    Many(Grid, DVec3, DVec3),
     #[error("--grid {0}: no point of it is inside the scene, which reaches from {1} to {2}")]
     Outside(Grid, DVec3, DVec3),
     #[error("--grid: the scene has no faces")]
@@ -64,11 +66,11 @@ impl Grid {
     /// Its points, rows from the lower end of each axis on, with the normal along the axis: those below or above which there is a face,
     /// and that are not inside a body.
     pub(crate) fn points(&self, scene: &Scene) -> Result<Vec<(DVec3, DVec3)>, Failure> {
-        let (low, high) = scene.bounds().ok_or(Failure::Empty)?;
-        let (low, high) = (low.to_array(), high.to_array());
+        let (lowest, highest) = scene.bounds().ok_or(Failure::Empty)?;
+        let (low, high) = (lowest.to_array(), highest.to_array());
         let [across, along] = [(self.axis + 1) % 3, (self.axis + 2) % 3].map(|axis| self.stops(low[axis], high[axis]));
         if across.len() as f64 * along.len() as f64 > MOST {
-            return Err(Failure::Many(*self));
+            return Err(Failure::Many(*self, lowest, highest));
         }
         let index = Occluders::new(scene.polygons());
         let normal = DVec3::from_array(std::array::from_fn(|axis| if axis == self.axis { 1.0 } else { 0.0 }));
@@ -87,7 +89,7 @@ impl Grid {
         let all = along.iter().flat_map(|&v| across.iter().map(move |&u| (u, v)));
         let points: Vec<_> = all.map(place).filter(|&point| is_inside(point)).map(|point| (point, normal)).collect();
         if points.is_empty() {
-            return Err(Failure::Outside(*self, low.into(), high.into()));
+            return Err(Failure::Outside(*self, lowest, highest));
         }
         Ok(points)
     }

@@ -19,7 +19,8 @@ pub(crate) struct Arguments {
     factors: PathBuf,
     /// Surfaces: `surface,emittance,temperature,flux`.
     ///
-    /// In kelvin and W/m2; one of the two is given and the other left empty. The flux is the net heat that a surface loses by radiation: 0 where it
+    /// Names are those in the factors, with the object's where the file has one: `oven/roof`. In kelvin and W/m2, with lengths of the scene in
+    /// metres; one of the two is given and the other left empty. The flux is the net heat that a surface loses by radiation: 0 where it
     /// is insulated. A column `area` counts where the factors have none.
     #[arg(value_name = "SURFACES")]
     surfaces: PathBuf,
@@ -39,8 +40,8 @@ pub(crate) struct Arguments {
 /// Why there is no balance.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum Failure {
-    #[error("{}: {source}", file.display())]
-    Csv { file: PathBuf, source: csv::Error },
+    #[error("{}: {source}: its columns are {columns}", file.display())]
+    Csv { file: PathBuf, source: csv::Error, columns: &'static str },
     #[error("{}: cannot read: {source}", file.display())]
     Read { file: PathBuf, source: io::Error },
     #[error("{}: {said}", file.display())]
@@ -50,6 +51,13 @@ pub(crate) enum Failure {
     #[error("cannot write the balance: {0}")]
     Output(csv::Error),
 }
+
+/// Columns that a file must have.
+const OF_FACTORS: &str = "`from`, `to` and `factor`, as `radgrad factors` writes them";
+const OF_SURFACES: &str = "`surface`, `emittance`, `temperature` and `flux`, one of the last two empty in each line";
+
+/// Names that a message lists.
+const NAMED: usize = 5;
 
 /// A line of the factors.
 #[derive(Debug, Deserialize)]
@@ -106,7 +114,7 @@ impl Faces {
 
     fn read(file: &Path, limit: u64) -> Result<Self, Failure> {
         let mut faces = Self::default();
-        for line in lines::<FactorLine>(file, limit)? {
+        for line in lines::<FactorLine>(file, limit, OF_FACTORS)? {
             let from = faces.of(&line.from);
             if let Some(surface) = line.from_surface {
                 faces.surfaces[from] = surface;
@@ -122,16 +130,16 @@ impl Faces {
 }
 
 /// The records of a CSV with a header.
-fn lines<T: serde::de::DeserializeOwned>(file: &Path, limit: u64) -> Result<Vec<T>, Failure> {
+fn lines<T: serde::de::DeserializeOwned>(file: &Path, limit: u64, columns: &'static str) -> Result<Vec<T>, Failure> {
     let text = read_file(file, limit).map_err(|source| Failure::Read { file: file.to_owned(), source })?;
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(&text[..]);
-    reader.deserialize().collect::<Result<_, _>>().map_err(|source| Failure::Csv { file: file.to_owned(), source })
+    reader.deserialize().collect::<Result<_, _>>().map_err(|source| Failure::Csv { file: file.to_owned(), source, columns })
 }
 
 /// Prints the state of every surface.
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let faces = Faces::read(&arguments.factors, arguments.budget)?;
-    let given = lines::<SurfaceLine>(&arguments.surfaces, arguments.budget)?;
+    let given = lines::<SurfaceLine>(&arguments.surfaces, arguments.budget, OF_SURFACES)?;
     let wrong = |said: String| Failure::Given { file: arguments.surfaces.clone(), said };
     let mut of_surface: HashMap<&str, (usize, Boundary)> = HashMap::new();
     for (line, of) in given.iter().enumerate() {
@@ -148,9 +156,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     for (face, surface) in faces.surfaces.iter().enumerate() {
         let found = of_surface.get(surface.as_str()).or_else(|| of_surface.get(faces.names[face].as_str()));
         let &(line, boundary) = found.ok_or_else(|| {
+            let named: Vec<String> = given.iter().take(NAMED).map(|of| format!("`{}`", of.surface)).collect();
+            let more = if given.len() > NAMED { " and others" } else { "" };
             wrong(format!(
-                "no line of surface `{surface}`, which {} has: give its emittance, and its temperature or flux",
-                arguments.factors.display()
+                "no line of surface `{surface}`, which {} has: give its emittance, and its temperature or flux (lines are of {}{more})",
+                arguments.factors.display(),
+                named.join(", ")
             ))
         })?;
         let area = faces.areas[face].or(given[line].area);

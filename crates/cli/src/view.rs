@@ -26,6 +26,7 @@ use rayon::prelude::*;
 use crate::export::UNIT;
 use crate::file::Picture;
 use crate::photometry::Photometry;
+use crate::say::say;
 use crate::scene::{SceneFile, progress};
 use camera::Camera;
 
@@ -156,22 +157,31 @@ impl View {
 
     /// The file is written as parts of the picture are done too, so that a run that is interrupted leaves these.
     fn drawn(&self, solution: &Solution, photometry: Option<&Photometry>, stop: &AtomicBool) -> Result<Picture, Failure> {
-        let save = |pixels: &[Pixel]| -> Result<(), Failure> {
+        let save = |pixels: &[Pixel], is_whole: bool| -> Result<(), Failure> {
             let mut numbers = pixels.iter().flat_map(|pixel| pixel.radiosity.iter().chain(&pixel.estimate));
             if let Some(&value) = numbers.find(|number| !number.is_finite()) {
                 return Err(radgrad_scene::Error::NotFinite { what: "a pixel".to_owned(), value }.into());
             }
             let Some(file) = &self.view else { return Ok(()) };
-            match extension(file).as_str() {
-                "exr" => write_whole(file, |out| self.exr(solution, pixels, out))?,
-                "png" if self.false_colour => legend::write(file, self.size, pixels, photometry)?,
-                "png" => tone::write(file, self.size, pixels, (self.tone, self.exposure))?,
+            let said = match extension(file).as_str() {
+                "exr" => write_whole(file, |out| self.exr(solution, pixels, out)).map(|()| None)?,
+                "png" if self.false_colour => Some(legend::write(file, self.size, pixels, photometry)?),
+                "png" => Some(tone::write(file, self.size, pixels, (self.tone, self.exposure))?),
                 _ => return Err(Failure::Format { file: file.clone() }),
+            };
+            if let Some(said) = said.filter(|_| is_whole) {
+                say(format_args!("{}: {said}", file.display()));
             }
             Ok(())
         };
-        let pixels = self.pixels(solution, stop, &save)?;
-        save(&pixels)?;
+        let pixels = self.pixels(solution, stop, &|pixels| save(pixels, false))?;
+        if pixels.iter().all(|pixel| pixel.radiosity.iter().all(|value| *value == 0.0)) {
+            say(format_args!(
+                "the view is black: no ray meets the lit front of a face; faces are seen from the side from which their vertices run \
+                 counter-clockwise: is the eye of --camera inside the room?"
+            ));
+        }
+        save(&pixels, true)?;
         let all = |of: fn(&Pixel) -> &Vec<f64>| pixels.iter().flat_map(|pixel| of(pixel).iter().copied()).collect();
         Ok(Picture { size: self.size, radiosity: all(|pixel| &pixel.radiosity), estimate: all(|pixel| &pixel.estimate) })
     }
@@ -204,7 +214,8 @@ impl View {
             };
             (0..width * height).into_par_iter().map(pixel).collect::<Result<Vec<Pixel>, Failure>>()?
         } else {
-            let scene = shared::Scene { solution, camera, size: self.size, samples, index: &index, stop };
+            let gathers = solution.picture_gathers();
+            let scene = shared::Scene { solution, gathers, camera, size: self.size, samples, index: &index, stop };
             shared::draw(&scene, |count| bar.inc(count as u64), save)?
         };
         bar.finish_and_clear();
@@ -241,7 +252,7 @@ fn pixel(
     let Some((face, point)) = index.first_along(eye, direction, &[]) else { return Ok(Pixel::dark(channels)) };
     let is_front = solution.mesh().polygons()[face].normal().dot(direction) < 0.0;
     let Some(leaf) = solution.mesh().leaf_at(face, point).filter(|_| is_front) else { return Ok(Pixel::dark(channels)) };
-    let Some(drawn) = drawn else { return shared::gathered(solution, leaf, point) };
+    let Some(drawn) = drawn else { return Ok(shared::gathered(solution, leaf, solution.gather_on(leaf, point)?)) };
     let at = solution.mesh().elements()[leaf].reference(point);
     let polynomial = |channel| solution.value_on(leaf, channel, at);
     let value = |channel| largest(drawn.value_on(leaf, channel, at), solution.least_on(leaf, channel));

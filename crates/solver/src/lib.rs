@@ -51,7 +51,7 @@ pub use mesh::basis::{Basis, MAX_DEGREE};
 pub use mesh::element::Element;
 pub use mesh::rule::{Node, rectangular};
 pub use mesh::shape::Shape;
-pub use picture::NonNegative;
+pub use picture::{NonNegative, PictureGathers};
 pub use solve::by_surface::SurfaceRadiosity;
 pub use solve::derivative::{Derivative, WeightedPoint, WeightedSum};
 pub use solve::gather::{Gathered, Irradiance};

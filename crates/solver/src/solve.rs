@@ -36,7 +36,7 @@ pub(crate) mod solution;
 mod sweep;
 #[cfg(test)]
 mod tests;
-mod wedge;
+pub(crate) mod wedge;
 mod white;
 
 use std::time::Duration;

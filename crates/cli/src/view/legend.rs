@@ -8,7 +8,6 @@ use radgrad_scene::output::{Unwritten, write_whole};
 use super::Pixel;
 use crate::field::{Canvas, colour};
 use crate::photometry::Photometry;
-use crate::say::say;
 
 /// Height of the scale, and of all that is below the picture.
 const SCALE: usize = 16;
@@ -21,13 +20,13 @@ const STEPS: [usize; 3] = [4, 2, 1];
 /// The part of pixels that may be above the scale.
 const ABOVE: f64 = 0.01;
 
-/// Writes it, and says how far the scale goes.
+/// Writes it, and returns how far the scale goes.
 pub(super) fn write(
     file: &Path,
     [width, height]: [usize; 2],
     pixels: &[Pixel],
     photometry: Option<&Photometry>,
-) -> Result<(), Unwritten> {
+) -> Result<String, Unwritten> {
     let value = |pixel: &Pixel| match photometry {
         Some(photometry) => photometry.of(&pixel.irradiance),
         None => pixel.irradiance.iter().sum::<f64>() / pixel.irradiance.len() as f64,
@@ -58,8 +57,7 @@ pub(super) fn write(
     canvas.text([left, height + SCALE + 46], title);
     let scale = format!("{title}, from 0 to {most}");
     write_whole(file, |out| canvas.encode(out, [("scale".to_owned(), scale.clone())]))?;
-    say(format_args!("{}: {scale}", file.display()));
-    Ok(())
+    Ok(scale)
 }
 
 /// The end of the scale: the least of 1, 2, 4 and 8 times a power of ten that few values are above.

@@ -1,6 +1,9 @@
 //! Pixels that share gathers: where a square of pixels shows few faces and the light on each is bilinear, as more gathers inside the square
-//! tell, its pixels are interpolated; else it is divided, down to a gather a pixel and face. So edges of shadows have a gather a pixel,
-//! and edges of faces the share of each.
+//! tell, its pixels are interpolated; else it is divided, down to a gather a pixel and face. On a face that ends in the square the light is the
+//! plane that fits gathers at its outermost pixels best, if that is near to all of them.
+//!
+//! The direct light of lamps has the edges of shadows, and costs one closed form a lamp; the remainder has none that are sharp, and costs a
+//! gather over the whole scene. So they are shared apart: the direct light in squares that are smaller and more often divided.
 
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -8,7 +11,7 @@ use std::sync::{Mutex, PoisonError};
 
 use radgrad_core::DVec3;
 use radgrad_scene::{Occluders, contains, largest, smallest};
-use radgrad_solver::{Error, Ledger, Solution};
+use radgrad_solver::{Gathered, Ledger, PictureGathers, Solution};
 use rayon::prelude::*;
 
 use super::camera::Camera;
@@ -18,15 +21,29 @@ use super::{Failure, Pixel, offset};
 const TILES: [usize; 2] = [16, 64];
 const SMALL: usize = 256;
 
-/// Pixels along a square that may be interpolated: a thing smaller than half of it may be missed where it has no edge of a face.
-const LARGEST: usize = 8;
+/// Pixels along a square that may be interpolated, of each layer of light: a thing smaller than half of it may be missed where it has no edge
+/// of a face.
+const LARGEST: [usize; 2] = [16, 4];
 
-/// How far gathers may be off the bilinear function through the corners of their square, over the value and a part of the mean.
-const OFF: f64 = 0.015;
+/// The layers: all but the direct light of lamps, and that.
+const REST: usize = 0;
+const LAMPS: usize = 1;
+
+/// How far the gathers of a layer may be off the function that is taken, over the value and a part of the mean; and how much of that where the
+/// function is a plane, which does not go over into those of the squares beside it.
+const OFF: f64 = 0.01;
 const DARK: f64 = 0.25;
+const PLANE: f64 = 0.5;
+
+/// Pixels of a face, and pixels along a square, from which on a plane costs less than a gather each.
+const MANY: usize = 8;
+const WIDE: usize = 4;
+
+/// The part of the spread of places that is added to it in every direction.
+const STEEP: f64 = 1e-3;
 
 /// Faces that a square of pixels may show to be interpolated.
-const FACES: usize = 3;
+const FACES: usize = 4;
 
 /// How often a picture is written while it is drawn.
 const PARTS: usize = 16;
@@ -37,6 +54,7 @@ const NOTHING: u32 = u32::MAX;
 /// The solved scene that is looked at, and the camera.
 pub(super) struct Scene<'a> {
     pub(super) solution: &'a Solution,
+    pub(super) gathers: PictureGathers<'a>,
     pub(super) camera: &'a Camera,
     pub(super) size: [usize; 2],
     pub(super) samples: usize,
@@ -60,7 +78,7 @@ pub(super) fn draw(
     tiles.into_par_iter().try_for_each(|corner @ [left, top]| {
         let mut tile = Tile::new(scene, corner, side);
         let [w, h] = tile.size;
-        tile.square(corner, side)?;
+        tile.square(corner, side, None)?;
         done(w * h);
         let mut picture = picture.lock().unwrap_or_else(PoisonError::into_inner);
         for (k, pixel) in tile.pixels.into_iter().enumerate() {
@@ -80,9 +98,25 @@ struct Tile<'a> {
     size: [usize; 2],
     /// The faces that the rays of each pixel meet.
     met: Vec<Vec<u32>>,
-    /// Gathers at corners of pixels, of a face.
-    gathers: HashMap<(usize, usize, u32), Option<Pixel>>,
+    /// For each layer, the light at corners of pixels, of a face.
+    corners: [HashMap<(usize, usize, u32), Option<Pixel>>; 2],
     pixels: Vec<Pixel>,
+}
+
+/// The light of a layer on a face in a square of pixels: its values at some places, and in each channel how far off it is.
+struct Light {
+    face: u32,
+    places: Places,
+    values: Vec<Pixel>,
+    off: Vec<f64>,
+}
+
+/// Where values are.
+enum Places {
+    /// On a grid of so many a side, in a square.
+    Grid { corner: [usize; 2], side: usize, count: usize },
+    /// Anywhere: the plane that fits all best.
+    Plane(Vec<[f64; 2]>),
 }
 
 impl<'a> Tile<'a> {
@@ -104,21 +138,21 @@ impl<'a> Tile<'a> {
         let channels = scene.solution.channels().len();
         let count = size[0] * size[1];
         let pixels = (0..count).map(|_| Pixel::dark(channels)).collect();
-        Self { scene, corner, size, met: (0..count).map(met).collect(), gathers: HashMap::new(), pixels }
+        Self { scene, corner, size, met: (0..count).map(met).collect(), corners: Default::default(), pixels }
     }
 
     fn index(&self, [x, y]: [usize; 2]) -> usize {
         (y - self.corner[1]) * self.size[0] + x - self.corner[0]
     }
 
-    /// Draws the pixels of a square that are in the tile.
-    fn square(&mut self, corner: [usize; 2], side: usize) -> Result<(), Failure> {
+    /// Draws the pixels of a square that are in the tile, with all but the direct light of lamps where that is known of a larger one.
+    fn square(&mut self, corner: [usize; 2], side: usize, known: Option<&[Light]>) -> Result<(), Failure> {
         let end = [0, 1].map(|k| (corner[k] + side).min(self.corner[k] + self.size[k]));
         if corner[0] >= end[0] || corner[1] >= end[1] {
             return Ok(());
         }
         if side == 1 {
-            return self.pixel(corner);
+            return self.pixel(corner, known.unwrap_or_default());
         }
         let is_whole = end[0] - corner[0] == side && end[1] - corner[1] == side;
         let places = (corner[1]..end[1]).flat_map(|y| (corner[0]..end[0]).map(move |x| [x, y]));
@@ -129,146 +163,265 @@ impl<'a> Tile<'a> {
         if faces.is_empty() {
             return Ok(());
         }
-        if is_whole && faces.len() <= FACES && side <= LARGEST && self.interpolate(corner, side, &faces)? {
+        let may_share = |layer: usize| is_whole && faces.len() <= FACES && side <= LARGEST[layer];
+        let found = if known.is_none() && may_share(REST) { self.shared(REST, (corner, side), &faces, &[])? } else { None };
+        let known = known.or(found.as_deref());
+        if let Some(rest) = known.filter(|_| may_share(LAMPS))
+            && let Some(lamps) = self.shared(LAMPS, (corner, side), &faces, rest)?
+        {
+            for at in (0..side * side).map(|k| [corner[0] + k % side, corner[1] + k / side]) {
+                let index = self.index(at);
+                self.pixels[index] = self.shown(at, |_, face, middle| {
+                    let mut pixel = Pixel::dark(self.scene.solution.channels().len());
+                    for light in rest.iter().chain(&lamps).filter(|light| light.face == face) {
+                        pixel.add(&light.at(middle), 1.0);
+                    }
+                    Ok(Some(pixel))
+                })?;
+            }
             return Ok(());
         }
         let half = side / 2;
         for [x, y] in [[0, 0], [half, 0], [0, half], [half, half]] {
-            self.square([corner[0] + x, corner[1] + y], half)?;
+            self.square([corner[0] + x, corner[1] + y], half, known)?;
         }
         Ok(())
     }
 
-    /// Interpolates a square of few faces, if the light on each allows that.
-    fn interpolate(&mut self, [left, top]: [usize; 2], side: usize, faces: &[u32]) -> Result<bool, Failure> {
-        let mut planes: Vec<(u32, Vec<Pixel>, Vec<f64>)> = Vec::new();
+    /// The light of a layer on each face that a square shows, if it can be shared; beside what is known of the other layer.
+    fn shared(
+        &mut self,
+        layer: usize,
+        (corner, side): ([usize; 2], usize),
+        faces: &[u32],
+        rest: &[Light],
+    ) -> Result<Option<Vec<Light>>, Failure> {
+        let mut shared = Vec::with_capacity(faces.len());
         for &face in faces {
-            let places = if side > 2 { side / 2 } else { side };
-            let count = side / places + 1;
-            let mut corners: Vec<Pixel> = Vec::new();
-            for k in 0..count * count {
-                let at = [left + k % count * places, top + k / count * places];
-                // Two pixels are the least square, and take only gathers that were made for a larger one.
-                let gather =
-                    if side > 2 { self.at_corner(at, face)? } else { self.gathers.get(&(at[0], at[1], face)).cloned().flatten() };
-                match gather {
-                    Some(pixel) => corners.push(pixel),
-                    None => return Ok(false),
-                }
-            }
-            match self.off(&corners) {
-                Some(off) => planes.push((face, corners, off)),
-                None => return Ok(false),
+            let found = match self.grid(layer, (corner, side), face)? {
+                None => self.plane(layer, (corner, side), face)?,
+                found => found,
+            };
+            let below = rest.iter().filter(|light| light.face == face).flat_map(|light| &light.values);
+            match found.and_then(|found| found.near(self.scene.solution.mean(), below)) {
+                Some(light) => shared.push(light),
+                None => return Ok(None),
             }
         }
-        for y in 0..side {
-            for x in 0..side {
-                let index = self.index([left + x, top + y]);
-                let mut pixel = Pixel::dark(self.scene.solution.channels().len());
-                for (face, corners, off) in &planes {
-                    let rays = self.met[index].iter().filter(|met| *met == face).count();
-                    if rays > 0 {
-                        let share = rays as f64 / self.met[index].len() as f64;
-                        let [u, v] = [x, y].map(|place| (place as f64 + 0.5) / side as f64);
-                        pixel.add(&between(corners, [u, v], off), share);
-                    }
-                }
-                self.pixels[index] = pixel;
-            }
-        }
-        Ok(true)
+        Ok(Some(shared))
     }
 
-    /// The largest distance in each channel of gathers inside a square from the means of those at its corners, if it is small enough; of a
-    /// square of corners alone a quarter of their differences.
-    fn off(&self, gathers: &[Pixel]) -> Option<Vec<f64>> {
-        let means = self.scene.solution.mean();
-        let mut distances = vec![0.0; means.len()];
+    /// The light of a layer on a face that is at all corners of a square.
+    fn grid(&mut self, layer: usize, (corner, side): ([usize; 2], usize), face: u32) -> Result<Option<Light>, Failure> {
+        let step = if side > 2 { side / 2 } else { side };
+        let count = side / step + 1;
+        let mut values = Vec::with_capacity(count * count);
+        for at in (0..count * count).map(|k| [corner[0] + k % count * step, corner[1] + k / count * step]) {
+            let key = (at[0], at[1], face);
+            let known = match self.corners[layer].get(&key) {
+                Some(known) => known.clone(),
+                // Two pixels are the least square, and take only values that were found for a larger one.
+                None if side == 2 => None,
+                None => {
+                    let found = self.light(layer, at.map(|place| place as f64), face)?;
+                    self.corners[layer].entry(key).or_insert(found).clone()
+                }
+            };
+            match known {
+                Some(value) => values.push(value),
+                None => return Ok(None),
+            }
+        }
+        Ok(Some(Light { face, places: Places::Grid { corner, side, count }, values, off: Vec::new() }))
+    }
+
+    /// The light of a layer on a face that ends in a square: at its outermost pixels and in its middle.
+    fn plane(&self, layer: usize, (corner, side): ([usize; 2], usize), face: u32) -> Result<Option<Light>, Failure> {
+        let pixels = (0..side * side).map(|k| [corner[0] + k % side, corner[1] + k / side]);
+        let own: Vec<[usize; 2]> = pixels.filter(|&at| self.met[self.index(at)].contains(&face)).collect();
+        if side < WIDE || own.len() < MANY {
+            return Ok(None);
+        }
+        let count = own.len() as f64;
+        let centre = [0, 1].map(|k| own.iter().map(|at| at[k] as f64).sum::<f64>() / count);
+        let ways = [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]];
+        let from_centre = |at: &[usize; 2]| [0, 1].map(|k| at[k] as f64 - centre[k]);
+        let least = |of: &dyn Fn([f64; 2]) -> f64| own.iter().min_by(|a, b| of(from_centre(a)).total_cmp(&of(from_centre(b))));
+        let outermost = ways.iter().filter_map(|way| least(&|[x, y]| way[0] * x + way[1] * y));
+        let mut chosen: Vec<[usize; 2]> = outermost.chain(least(&|[x, y]| x * x + y * y)).copied().collect();
+        chosen.sort_unstable();
+        chosen.dedup();
+        let (mut places, mut values) = (Vec::new(), Vec::new());
+        for at in chosen {
+            let Some((place, value)) = self.in_pixel(layer, at, face)? else { return Ok(None) };
+            places.push(place);
+            values.push(value);
+        }
+        Ok(Some(Light { face, places: Places::Plane(places), values, off: Vec::new() }))
+    }
+
+    /// Each face of a pixel, gathered in the middle of the places where rays meet it; but for what is known.
+    fn pixel(&mut self, at: [usize; 2], known: &[Light]) -> Result<(), Failure> {
+        let index = self.index(at);
+        self.pixels[index] = self.shown(at, |at, face, middle| {
+            let Some((_, mut pixel)) = self.in_pixel(LAMPS, at, face)? else { return Ok(None) };
+            match known.iter().find(|light| light.face == face) {
+                Some(light) => pixel.add(&light.at(middle), 1.0),
+                None => {
+                    let rest = self.in_pixel(REST, at, face)?;
+                    rest.iter().for_each(|(_, rest)| pixel.add(rest, 1.0));
+                }
+            }
+            Ok(Some(pixel))
+        })?;
+        Ok(())
+    }
+
+    /// A pixel of its faces, each by its part of the rays.
+    fn shown(
+        &self,
+        at: [usize; 2],
+        of: impl Fn([usize; 2], u32, [f64; 2]) -> Result<Option<Pixel>, Failure>,
+    ) -> Result<Pixel, Failure> {
+        let met = &self.met[self.index(at)];
+        let mut faces = met.clone();
+        faces.sort_unstable();
+        faces.dedup();
+        let mut sum = Pixel::dark(self.scene.solution.channels().len());
+        for face in faces.into_iter().filter(|&face| face != NOTHING) {
+            let (middle, share) = self.middle(at, face);
+            if let Some(pixel) = of(at, face, middle)? {
+                sum.add(&pixel, share);
+            }
+        }
+        Ok(sum)
+    }
+
+    /// Where the rays of a pixel that meet a face do in the mean, and their part of all.
+    fn middle(&self, at: [usize; 2], face: u32) -> ([f64; 2], f64) {
+        let met = &self.met[self.index(at)];
+        let own = || (0..met.len()).filter(|&ray| met[ray] == face);
+        let count = own().count() as f64;
+        let mean = |k: usize| own().map(|ray| offset(ray, self.scene.samples)[k]).sum::<f64>() / count;
+        ([0, 1].map(|k| at[k] as f64 + mean(k)), count / met.len() as f64)
+    }
+
+    /// The light of a layer on a face of a pixel, and where.
+    fn in_pixel(&self, layer: usize, at: [usize; 2], face: u32) -> Result<Option<([f64; 2], Pixel)>, Failure> {
+        let first = self.met[self.index(at)].iter().position(|&met| met == face);
+        let first = first.map(|ray| offset(ray, self.scene.samples)).map(|within| [0, 1].map(|k| at[k] as f64 + within[k]));
+        for place in std::iter::once(self.middle(at, face).0).chain(first) {
+            if let Some(light) = self.light(layer, place, face)? {
+                return Ok(Some((place, light)));
+            }
+        }
+        Ok(None)
+    }
+
+    /// The light of a layer at a place of the picture, on the plane of a face; none beside the face.
+    fn light(&self, layer: usize, place: [f64; 2], face: u32) -> Result<Option<Pixel>, Failure> {
+        let Scene { solution, gathers, camera, size, stop, .. } = self.scene;
+        if stop.load(Ordering::Relaxed) {
+            return Err(Failure::Stopped);
+        }
+        let eye = solution.placement().inward(camera.eye);
+        let direction = camera.direction([0; 2], place, *size);
+        let face = face as usize;
+        let Some(point) = meeting(solution, face, [eye, direction]) else { return Ok(None) };
+        let Some(leaf) = solution.mesh().leaf_at(face, point) else { return Ok(None) };
+        let [radiosity, irradiance] = gathers.from_lamps(leaf, point)?;
+        let lamps = Pixel { radiosity, irradiance, ..Pixel::dark(solution.channels().len()) };
+        if layer == LAMPS {
+            return Ok(Some(lamps));
+        }
+        let mut rest = gathered(solution, leaf, gathers.gather_on(leaf, point)?);
+        let less = |all: &mut [f64], part: &[f64]| all.iter_mut().zip(part).for_each(|(all, part)| *all -= part);
+        less(&mut rest.radiosity, &lamps.radiosity);
+        less(&mut rest.irradiance, &lamps.irradiance);
+        Ok(Some(rest))
+    }
+}
+
+impl Light {
+    /// With how far it is off, if that is little beside its least value, with that of what is below it, and the mean.
+    fn near<'b>(mut self, means: &[f64], below: impl Iterator<Item = &'b Pixel> + Clone) -> Option<Self> {
+        let part = if matches!(self.places, Places::Plane(_)) { PLANE * OFF } else { OFF };
         for (channel, mean) in means.iter().enumerate() {
-            let value = |k: usize| gathers[k].radiosity[channel];
-            let all = || (0..gathers.len()).map(value);
-            let distance = if gathers.len() == 9 {
+            let of = |pixel: &Pixel| pixel.radiosity[channel];
+            let least = self.values.iter().map(of).fold(f64::INFINITY, smallest);
+            let under = below.clone().map(of).reduce(smallest).unwrap_or(0.0);
+            let off = self.off(channel);
+            let is_within = off <= part * ((least + under).abs() + DARK * mean);
+            if !is_within {
+                return None;
+            }
+            self.off.push(off);
+        }
+        Some(self)
+    }
+
+    /// The largest distance in a channel of values from a plane, or of those inside a square from the means of those at its corners; of a square
+    /// of corners alone a quarter of their differences.
+    fn off(&self, channel: usize) -> f64 {
+        let value = |k: usize| self.values[k].radiosity[channel];
+        let all = || (0..self.values.len()).map(value);
+        match &self.places {
+            Places::Grid { count: 3, .. } => {
                 let inside = [(1, &[0, 2][..]), (3, &[0, 6]), (5, &[2, 8]), (7, &[6, 8]), (4, &[0, 2, 6, 8])];
                 let off = |(middle, around): (usize, &[usize])| {
                     (value(middle) - around.iter().map(|&k| value(k)).sum::<f64>() / around.len() as f64).abs()
                 };
                 inside.map(off).into_iter().fold(0.0, largest)
-            } else {
-                0.25 * (all().fold(f64::NEG_INFINITY, largest) - all().fold(f64::INFINITY, smallest))
-            };
-            let least = all().fold(f64::INFINITY, smallest);
-            let is_within = distance <= OFF * (least.abs() + DARK * mean);
-            if !is_within {
-                return None;
             }
-            distances[channel] = distance;
-        }
-        Some(distances)
-    }
-
-    /// A gather at the upper left corner of a pixel, on the plane of a face; none beside the face.
-    fn at_corner(&mut self, at: [usize; 2], face: u32) -> Result<Option<Pixel>, Failure> {
-        let key = (at[0], at[1], face);
-        if let Some(known) = self.gathers.get(&key) {
-            return Ok(known.clone());
-        }
-        let gather = self.gather(at, [0.0; 2], face)?;
-        self.gathers.insert(key, gather.clone());
-        Ok(gather)
-    }
-
-    /// Each face of a pixel, gathered in the middle of the places where rays meet it.
-    fn pixel(&mut self, at: [usize; 2]) -> Result<(), Failure> {
-        let index = self.index(at);
-        let mut faces = self.met[index].clone();
-        faces.sort_unstable();
-        faces.dedup();
-        let rays = self.met[index].len() as f64;
-        let mut sum = Pixel::dark(self.scene.solution.channels().len());
-        for face in faces.into_iter().filter(|&face| face != NOTHING) {
-            let own: Vec<[f64; 2]> = (0..self.met[index].len())
-                .filter(|&ray| self.met[index][ray] == face)
-                .map(|ray| offset(ray, self.scene.samples))
-                .collect();
-            let count = own.len() as f64;
-            let middle = [0, 1].map(|k| own.iter().map(|place| place[k]).sum::<f64>() / count);
-            let gathered = match self.gather(at, middle, face)? {
-                None => self.gather(at, own[0], face)?,
-                found => found,
-            };
-            if let Some(gathered) = gathered {
-                sum.add(&gathered, count / rays);
+            Places::Grid { .. } => 0.25 * (all().fold(f64::NEG_INFINITY, largest) - all().fold(f64::INFINITY, smallest)),
+            Places::Plane(places) => {
+                let off = |(k, place): (usize, &[f64; 2])| {
+                    let fit: f64 = self.weights(*place).into_iter().map(|(at, weight)| weight * value(at)).sum();
+                    (fit - value(k)).abs()
+                };
+                places.iter().enumerate().map(off).fold(0.0, largest)
             }
         }
-        self.pixels[index] = sum;
-        Ok(())
     }
 
-    fn gather(&self, at: [usize; 2], within: [f64; 2], face: u32) -> Result<Option<Pixel>, Failure> {
-        let Scene { solution, camera, size, stop, .. } = self.scene;
-        if stop.load(Ordering::Relaxed) {
-            return Err(Failure::Stopped);
+    /// Its values at a place of the picture, with how far they are off.
+    fn at(&self, place: [f64; 2]) -> Pixel {
+        let mut pixel = Pixel::dark(self.off.len());
+        self.weights(place).into_iter().for_each(|(k, weight)| pixel.add(&self.values[k], weight));
+        pixel.estimate.iter_mut().zip(&self.off).for_each(|(estimate, off)| *estimate += off);
+        pixel
+    }
+
+    /// The weights of values at a place.
+    fn weights(&self, place: [f64; 2]) -> Vec<(usize, f64)> {
+        match &self.places {
+            &Places::Grid { corner, side, count } => {
+                let [u, v] = [0, 1].map(|k| (place[k] - corner[k] as f64) / side as f64 * (count - 1) as f64);
+                let [i, j] = [u, v].map(|place| usize::from(place >= 1.0 && count == 3));
+                let (u, v) = (u - i as f64, v - j as f64);
+                let weights = [(1.0 - u) * (1.0 - v), u * (1.0 - v), (1.0 - u) * v, u * v];
+                (0..4).map(|k| ((j + k / 2) * count + i + k % 2, weights[k])).collect()
+            }
+            Places::Plane(places) => {
+                let count = places.len() as f64;
+                let centre = [0, 1].map(|k| places.iter().map(|place| place[k]).sum::<f64>() / count);
+                let [x, y] = [0, 1].map(|k| place[k] - centre[k]);
+                let from_centre = |k: usize| [places[k][0] - centre[0], places[k][1] - centre[1]];
+                let sum = |of: fn([f64; 2]) -> f64| (0..places.len()).map(|k| of(from_centre(k))).sum::<f64>();
+                let [xx, xy, yy] = [sum(|[x, _]| x * x), sum(|[x, y]| x * y), sum(|[_, y]| y * y)];
+                // In a line, they tell nothing of what is across it.
+                let little = STEEP * (xx + yy);
+                let [xx, yy] = [xx + little, yy + little];
+                let det = xx * yy - xy * xy;
+                let weight = |k: usize| {
+                    let [a, b] = from_centre(k);
+                    let slope = if det > 0.0 { (x * (yy * a - xy * b) + y * (xx * b - xy * a)) / det } else { 0.0 };
+                    (k, 1.0 / count + slope)
+                };
+                (0..places.len()).map(weight).collect()
+            }
         }
-        let eye = solution.placement().inward(camera.eye);
-        let direction = camera.direction(at, within, *size);
-        let face = face as usize;
-        let Some(point) = meeting(solution, face, [eye, direction]) else { return Ok(None) };
-        let Some(leaf) = solution.mesh().leaf_at(face, point) else { return Ok(None) };
-        Ok(Some(gathered(solution, leaf, point)?))
     }
-}
-
-/// The bilinear function through four or nine gathers of a square at a place of it, with the distances of these from it.
-fn between(gathers: &[Pixel], place: [f64; 2], off: &[f64]) -> Pixel {
-    let count = if gathers.len() == 9 { 2 } else { 1 };
-    let [u, v] = place.map(|place| place * count as f64);
-    let [i, j] = [u, v].map(|place| usize::from(place >= 1.0 && count == 2));
-    let (u, v) = (u - i as f64, v - j as f64);
-    let weights = [(1.0 - u) * (1.0 - v), u * (1.0 - v), (1.0 - u) * v, u * v];
-    let mut pixel = Pixel::dark(off.len());
-    (0..4).for_each(|k| pixel.add(&gathers[(j + k / 2) * (count + 1) + i + k % 2], weights[k]));
-    pixel.estimate.iter_mut().zip(off).for_each(|(estimate, off)| *estimate += off);
-    pixel
 }
 
 /// Where a ray meets the plane of a face, if that is on the face.
@@ -279,10 +432,8 @@ fn meeting(solution: &Solution, face: usize, [eye, direction]: [DVec3; 2]) -> Op
     (point.is_finite() && contains(polygon.vertices(), normal, point)).then_some(point)
 }
 
-/// An exact gather as a pixel.
-pub(super) fn gathered(solution: &Solution, leaf: usize, point: DVec3) -> Result<Pixel, Error> {
-    let gathered = solution.gather_on(leaf, point)?;
+/// A gather as a pixel.
+pub(super) fn gathered(solution: &Solution, leaf: usize, gathered: Gathered) -> Pixel {
     let estimate = gathered.estimate.iter().map(Ledger::total).collect();
-    Ok(Pixel { radiosity: gathered.radiosity, estimate, irradiance: gathered.irradiance.irradiance, light: 0.0 }
-        .of(solution, leaf))
+    Pixel { radiosity: gathered.radiosity, estimate, irradiance: gathered.irradiance.irradiance, light: 0.0 }.of(solution, leaf)
 }

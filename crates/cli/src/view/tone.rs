@@ -11,7 +11,6 @@ use radgrad_scene::{largest, smallest};
 
 use super::{Pixel, Tone};
 use crate::export::srgb;
-use crate::say::say;
 
 /// What the geometric mean is shown as, before the curve.
 const KEY: f64 = 0.4;
@@ -44,13 +43,13 @@ impl Exposure {
     }
 }
 
-/// Writes it, and says how it is exposed.
+/// Writes it, and returns how it is exposed.
 pub(super) fn write(
     file: &Path,
     [width, height]: [usize; 2],
     pixels: &[Pixel],
     (tone, stops): (Tone, f64),
-) -> Result<(), Unwritten> {
+) -> Result<String, Unwritten> {
     let Exposure { unit, white } = Exposure::of(pixels);
     let unit = unit / stops.exp2();
     let level = |pixel: &Pixel, c: usize| {
@@ -87,8 +86,7 @@ pub(super) fn write(
         writer.write_image_data(&data)?;
         writer.finish()
     })?;
-    say(format_args!("{}: {exposure}", file.display()));
-    Ok(())
+    Ok(exposure)
 }
 
 #[cfg(test)]

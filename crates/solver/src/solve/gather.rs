@@ -14,12 +14,12 @@ use crate::clock::Clock;
 use crate::error::Error;
 use crate::estimate::ledger::Ledger;
 use crate::links::cluster::far::Far;
-use crate::links::direct::Lit;
+use crate::links::direct::{Direct, Lit};
 use crate::links::gatherer::Gatherer;
 use crate::links::link::Link;
 use crate::links::refine::{Need, WITHOUT_ORDER};
 use crate::links::station::Station;
-use crate::links::transfer::Row;
+use crate::links::transfer::{Optics, Row};
 use crate::mesh::{Sight, TOUCHES};
 use crate::solve::second::{KnownError, Term};
 use crate::solve::solution::Solution;
@@ -224,15 +224,24 @@ impl Solution {
     /// # Errors
     /// If it cannot be represented.
     pub fn gather_on(&self, leaf: usize, point: DVec3) -> Result<Gathered, Error> {
-        let element = self.element(leaf);
-        let (face, channels) = (element.face(), self.channels().len());
-        let (station, gathers) = self.gathers_on(leaf, point)?;
-        let lacking = self.lacking_beside_edge(leaf, point)?;
+        let lacking = self.lacking_beside_edge(leaf, point)?.map(|lacking| (lacking.other.face, lacking.irradiance));
+        self.gather_by(&self.optics(), (leaf, point), lacking)
+    }
+
+    /// The same by these optics, with what it lacks beside an edge of another face.
+    pub(crate) fn gather_by(
+        &self,
+        optics: &Optics<'_>,
+        (leaf, point): (usize, DVec3),
+        lacking: Option<(usize, Vec<[f64; 2]>)>,
+    ) -> Result<Gathered, Error> {
+        let (face, channels) = (self.element(leaf).face(), self.channels().len());
+        let (station, gathers) = self.gathers_by(optics, leaf, point)?;
         let sum = self.sum(&station, gathers, &self.system.far[self.receiver_of(leaf)]);
-        let mut irradiance = self.estimated_sum(&station, &sum, lacking.as_ref().map(|of| of.other.face));
+        let mut irradiance = self.estimated_sum(&station, &sum, lacking.as_ref().map(|(face, _)| *face));
         irradiance.correct(&self.lacking_in_gaps(&station, &sum.rows)?);
-        if let Some(lacking) = lacking {
-            irradiance.correct(&lacking.irradiance);
+        if let Some((_, lacking)) = lacking {
+            irradiance.correct(&lacking);
         }
         irradiance = irradiance.not_below_zero();
         let [rho, emitted] = self.system.surfaces.reflectance_and_emission(face, point);
@@ -289,21 +298,27 @@ impl Solution {
 
     /// The gather of a point of a leaf, over the links that there are.
     fn gathers_on(&self, leaf: usize, point: DVec3) -> Result<(Station, Gathers), Error> {
+        self.gathers_by(&self.optics(), leaf, point)
+    }
+
+    fn gathers_by(&self, optics: &Optics<'_>, leaf: usize, point: DVec3) -> Result<(Station, Gathers), Error> {
         let station = Station::on(self.element(leaf), point);
-        let lit = self
-            .radiosity
-            .direct
-            .get(leaf)
-            .map(|direct| self.system.lamps.irradiance(&self.optics(), &self.system.surfaces, &station, direct.sights()));
+        let lit = self.lit_by(optics, leaf, &station)?;
         let weight = self.whole_weight();
         let gather = |link: &Link| {
             let count = self.basis(link.source).len();
-            let optics = self.optics().for_light(&self.radiosity.field, link.source, &weight);
+            let optics = optics.for_light(&self.radiosity.field, link.source, &weight);
             let row = optics.receive(&station, link.source, &link.sight, count)?;
             Ok(Gather { source: link.source, row, sight: link.sight.clone() })
         };
         let from_links = self.system.links[self.receiver_of(leaf)].iter().map(gather).collect::<Result<Vec<Gather>, Error>>()?;
-        Ok((station, Gathers { lit: lit.transpose()?, from_links }))
+        Ok((station, Gathers { lit, from_links }))
+    }
+
+    /// The light of lamps that are kept apart, at a point of a leaf.
+    pub(crate) fn lit_by(&self, optics: &Optics<'_>, leaf: usize, station: &Station) -> Result<Option<Lit>, Error> {
+        let lit = |direct: &Direct| self.system.lamps.irradiance(optics, &self.system.surfaces, station, direct.sights());
+        self.radiosity.direct.get(leaf).map(lit).transpose()
     }
 
     /// The sum of a point's gathers, with the errors of evaluations and links.

@@ -150,7 +150,7 @@ impl Solution {
         reference(&self.radiosity.mean, &self.radiosity.reflected)
     }
 
-    pub(super) fn element(&self, element: usize) -> &Element {
+    pub(crate) fn element(&self, element: usize) -> &Element {
         &self.system.mesh.elements()[element]
     }
 

@@ -80,6 +80,7 @@ struct Wedge {
     along: DVec3,
     /// For each, its face and the direction away from the edge.
     sides: [(usize, DVec3); 2],
+    leaves: [usize; 2],
     /// How far it is to the ends of the edge.
     ends: [f64; 2],
     /// The distance of the point, and the farthest that counts.
@@ -97,12 +98,44 @@ struct Sample {
     defect_around: Vec<f64>,
 }
 
-/// Weights of every so many samples in the gather at a place: a row for each of these samples' places, one for the point, and the
-/// slope of that.
-struct Rows {
-    step: usize,
-    of_samples: Vec<Vec<f64>>,
-    of_point: [Vec<f64>; 2],
+/// A section across an edge: its samples, and in each channel `C - q + eps` of the other face at their places, by all of them, by every second
+/// one, and with the mean of `q` on either side.
+#[derive(Debug)]
+pub(crate) struct Section {
+    wedge: Wedge,
+    samples: [Vec<Sample>; 2],
+    errors: [Vec<Vec<f64>>; 3],
+}
+
+impl Section {
+    /// The light that a gather lacks of the other face, with an estimate of its error, by the weights of samples of a degree.
+    fn lacking(&self, weights: impl Fn(usize) -> Vec<f64>) -> Vec<[f64; 2]> {
+        let [all, half] = [DEGREE, DEGREE / 2].map(weights);
+        let [fine, rough, around] = &self.errors;
+        let of_channel = |channel: usize| {
+            let variants = [(&all, fine), (&half, rough), (&all, around)];
+            let [lacking, rough, around] = variants.map(|(weights, errors)| dot(weights, &errors[channel]));
+            let [of_degree, along_edge] = [rough, around].map(|other| (lacking - other).abs());
+            [lacking, OF_DEGREE * of_degree + OF_SAMENESS * along_edge]
+        };
+        (0..fine.len()).map(of_channel).collect()
+    }
+
+    /// That of a point so far from the edge.
+    pub(crate) fn lacking_at(&self, distance: f64) -> Vec<[f64; 2]> {
+        self.lacking(|degree| self.wedge.view_weights(distance, degree))
+    }
+}
+
+/// A point beside an edge in which its leaf meets another, between two places of the edge that all points of the two leaves share.
+#[derive(Debug)]
+pub(crate) struct BesideEdge {
+    pub(crate) leaves: [usize; 2],
+    pub(crate) distance: f64,
+    pub(crate) other: usize,
+    /// The places, and the weight of the second; that of the first is the remainder of 1.
+    pub(crate) places: [DVec3; 2],
+    pub(crate) weight: f64,
 }
 
 /// The light of the other face that a gather near an edge lacks: in each channel, with an estimate of its error; and how much
@@ -182,13 +215,6 @@ impl Wedge {
         weights
     }
 
-    /// Those of every so many samples at these distances.
-    fn rows(&self, distances: &[f64], step: usize) -> Rows {
-        let degree = DEGREE / step;
-        let of_samples = distances.iter().step_by(step).map(|distance| self.view_weights(*distance, degree)).collect();
-        Rows { step, of_samples, of_point: [self.view_weights(self.distance, degree), self.slope_of_seen(degree)] }
-    }
-
     /// By how much more the point sees of that a unit of length farther from the edge; 0 on it, where that has no limit.
     fn slope_of_seen(&self, degree: usize) -> Vec<f64> {
         let step = STEP * self.distance;
@@ -223,7 +249,7 @@ impl Solution {
     /// The irradiance that the corrected gather of a point lacks, if it is beside an edge where its leaf meets another face.
     pub(super) fn lacking_beside_edge(&self, leaf: usize, point: DVec3) -> Result<Option<Lacking>, Error> {
         match self.wedges_at(leaf, point, BESIDE).next() {
-            Some((wedge, true)) => self.lacking_of(&wedge, true),
+            Some((wedge, true)) => self.lacking_of(wedge, true),
             _ => Ok(None),
         }
     }
@@ -231,56 +257,93 @@ impl Solution {
     /// That of all edges that are near, whether the point is beside them or not.
     pub(super) fn lacking_near_edges(&self, leaf: usize, point: DVec3) -> Result<Vec<Lacking>, Error> {
         let wedges = self.wedges_at(leaf, point, NEAR_EDGE);
-        wedges.filter_map(|(wedge, is_beside)| self.lacking_of(&wedge, is_beside).transpose()).collect()
+        wedges.filter_map(|(wedge, is_beside)| self.lacking_of(wedge, is_beside).transpose()).collect()
     }
 
-    fn lacking_of(&self, wedge: &Wedge, is_beside: bool) -> Result<Option<Lacking>, Error> {
-        let distances: Vec<f64> = samples(DEGREE).iter().map(|u| wedge.farthest * u.powi(3)).collect();
-        let Some(samples) = self.samples_of(wedge, &distances)? else { return Ok(None) };
-        let channels = || 0..self.channels().len();
-        let in_samples = |side: usize, step: usize, of: fn(&Sample) -> &[f64], channel: usize| -> Vec<f64> {
-            samples[side].iter().step_by(step).map(|sample| of(sample)[channel]).collect()
+    fn lacking_of(&self, wedge: Wedge, is_beside: bool) -> Result<Option<Lacking>, Error> {
+        let Some(section) = self.section(wedge)? else { return Ok(None) };
+        let Section { wedge, samples: [_, there], errors: [fine, ..] } = &section;
+        let more = |(channel, full): (usize, &Vec<f64>)| {
+            let sampled = there.iter().map(|sample| sample.defect[channel]);
+            full.iter().zip(sampled).map(|(full, sampled)| if is_beside { -sampled } else { full - sampled }).collect()
         };
-        let error_there = |rows: &Rows, of: fn(&Sample) -> &[f64]| -> Option<Vec<Vec<f64>>> {
-            let of_channel = |channel: usize| {
-                let rho = [0, 1].map(|side| in_samples(side, rows.step, |of| &of.rho, channel));
-                let defect = [0, 1].map(|side| in_samples(side, rows.step, of, channel));
-                solve_errors(&rho, &defect, &rows.of_samples).map(|[_, there]| there)
-            };
-            channels().map(of_channel).collect()
-        };
-        let [all, half] = [1, 2].map(|step| wedge.rows(&distances, step));
-        let errors =
-            [error_there(&all, |of| &of.defect), error_there(&half, |of| &of.defect), error_there(&all, |of| &of.defect_around)];
-        let [Some(fine), Some(roughly), Some(around)] = errors else { return Ok(None) };
-        let of_channel = |part: usize| {
-            let lacking_in = |channel: usize| {
-                let variants = [(&all, &fine), (&half, &roughly), (&all, &around)];
-                let [lacking, roughly, around] = variants.map(|(rows, fine)| dot(&rows.of_point[part], &fine[channel]));
-                let [of_degree, along_edge] = [roughly, around].map(|other| (lacking - other).abs());
-                [lacking, OF_DEGREE * of_degree + OF_SAMENESS * along_edge]
-            };
-            channels().map(lacking_in).collect()
-        };
-        let more = |channel: usize| {
-            let sampled = in_samples(1, 1, |of| &of.defect, channel);
-            let pairs = fine[channel].iter().zip(sampled);
-            pairs.map(|(full, sampled)| if is_beside { -sampled } else { full - sampled }).collect()
-        };
-        let [(_, away), (face, there)] = wedge.sides;
+        let [(_, away), (face, other_away)] = wedge.sides;
         Ok(Some(Lacking {
             is_beside,
-            irradiance: of_channel(0),
+            irradiance: section.lacking_at(wedge.distance),
             away,
-            slope: of_channel(1),
+            slope: section.lacking(|degree| wedge.slope_of_seen(degree)),
             other: OtherFace {
                 face,
                 foot: wedge.foot,
-                away: there,
+                away: other_away,
                 farthest: wedge.farthest,
-                more: channels().map(more).collect(),
+                more: fine.iter().enumerate().map(more).collect(),
             },
         }))
+    }
+
+    /// The section at the foot of a wedge.
+    fn section(&self, wedge: Wedge) -> Result<Option<Section>, Error> {
+        let distances: Vec<f64> = samples(DEGREE).iter().map(|u| wedge.farthest * u.powi(3)).collect();
+        let Some(samples) = self.samples_of(&wedge, &distances)? else { return Ok(None) };
+        let rows = |step: usize| -> Vec<Vec<f64>> {
+            distances.iter().step_by(step).map(|distance| wedge.view_weights(*distance, DEGREE / step)).collect()
+        };
+        let [all, half] = [1, 2].map(rows);
+        let error_there = |(step, rows): (usize, &[Vec<f64>]), of: fn(&Sample) -> &[f64]| -> Option<Vec<Vec<f64>>> {
+            let of_channel = |channel: usize| {
+                let in_samples = |of: fn(&Sample) -> &[f64]| {
+                    [0, 1].map(|side| samples[side].iter().step_by(step).map(|sample| of(sample)[channel]).collect())
+                };
+                solve_errors(&in_samples(|sample| &sample.rho), &in_samples(of), rows).map(|[_, there]| there)
+            };
+            (0..self.channels().len()).map(of_channel).collect()
+        };
+        let errors = [
+            error_there((1, &all), |sample| &sample.defect),
+            error_there((2, &half), |sample| &sample.defect),
+            error_there((1, &all), |sample| &sample.defect_around),
+        ];
+        let [Some(fine), Some(rough), Some(around)] = errors else { return Ok(None) };
+        Ok(Some(Section { wedge, samples, errors: [fine, rough, around] }))
+    }
+
+    /// The edge that a point of a leaf is beside, and the places that points of these leaves share: those of Gauss's rule of two points.
+    pub(crate) fn beside_edge(&self, leaf: usize, point: DVec3) -> Option<BesideEdge> {
+        let (wedge, true) = self.wedges_at(leaf, point, BESIDE).next()? else { return None };
+        let touch = TOUCHES * self.system.extent;
+        let corners = |leaf: usize| {
+            let vertices = self.element(leaf).polygon().vertices().iter().copied();
+            vertices.filter(|v| (*v - wedge.foot).cross(wedge.along).length() <= touch)
+        };
+        let ends = wedge.leaves.map(|leaf| {
+            let at = corners(leaf).map(|v| wedge.along.dot(v));
+            at.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], at| [smallest(low, at), largest(high, at)])
+        });
+        let [low, high] = [largest(ends[0][0], ends[1][0]), smallest(ends[0][1], ends[1][1])];
+        let first = corners(wedge.leaves[0]).next().filter(|_| high > low)?;
+        let at = |part: f64| low + part * (high - low);
+        let parts = [-1.0, 1.0].map(|side| 0.5 + side * 0.5 / 3.0_f64.sqrt());
+        let place = |part: f64| first + wedge.along * (at(part) - wedge.along.dot(first));
+        let part = ((wedge.along.dot(wedge.foot) - low) / (high - low)).clamp(0.0, 1.0);
+        Some(BesideEdge {
+            leaves: wedge.leaves,
+            distance: wedge.distance,
+            other: wedge.sides[1].0,
+            places: parts.map(place),
+            weight: (part - parts[0]) / (parts[1] - parts[0]),
+        })
+    }
+
+    /// The sections at the places that points beside an edge share; `None` where nothing is known there.
+    pub(crate) fn shared_sections(&self, beside: &BesideEdge) -> Result<Option<[Section; 2]>, Error> {
+        let section = |place: DVec3| {
+            let wedge = self.wedge_of(self.element(beside.leaves[0]).face(), place, beside.other);
+            wedge.map_or(Ok(None), |wedge| self.section(wedge))
+        };
+        let [first, second] = beside.places.map(section);
+        Ok(first?.zip(second?).map(|(first, second)| [first, second]))
     }
 
     /// The samples of a wedge, for each side and distance.
@@ -346,7 +409,7 @@ impl Solution {
         let ends = [along, -along].map(|way| smallest(way_on(here, foot, way), way_on(there, foot, way)));
         let sides = [(own, sides[0]), (face, sides[1])];
         let distance = if distance > 0.0 { distance } else { 0.0 };
-        Some(Wedge { foot, along, sides, ends, distance, farthest: away })
+        Some(Wedge { foot, along, sides, leaves: [leaf, other], ends, distance, farthest: away })
     }
 
     /// Whether nothing is between the two sides, as some places of them see it.
@@ -442,7 +505,7 @@ mod tests {
 
     fn wedge(angle: f64, farthest: f64) -> Wedge {
         let sides = [(0, DVec3::X), (1, DVec3::new(angle.cos(), 0.0, angle.sin()))];
-        Wedge { foot: DVec3::ZERO, along: DVec3::Y, sides, ends: [1e6; 2], distance: 0.0, farthest }
+        Wedge { foot: DVec3::ZERO, along: DVec3::Y, sides, leaves: [0, 1], ends: [1e6; 2], distance: 0.0, farthest }
     }
 
     #[test]
