@@ -11,6 +11,10 @@
 //! the emission, so that `sum E_f dJ/dE_f` is J once more: the difference of the two is the error that links, clusters and polynomials
 //! make in I.
 
+mod hats;
+mod kernel;
+pub(crate) mod vertices;
+
 use radgrad_core::DVec3;
 use radgrad_scene::Scene;
 use rayon::prelude::*;
@@ -18,6 +22,7 @@ use rayon::prelude::*;
 use crate::error::Error;
 use crate::field::Field;
 use crate::field::gathering::{MOST_SWEEPS, ratio};
+use crate::links::station::Station;
 use crate::mesh::basis::dot;
 use crate::solve::gather::Sum;
 use crate::solve::solution::Solution;
@@ -69,6 +74,24 @@ struct Importance {
     sent: Field,
 }
 
+/// A point of a sum, and all that it gathers.
+struct View {
+    station: Station,
+    sum: Sum,
+    face: Option<usize>,
+    rho: Vec<f64>,
+    emitted: Vec<f64>,
+}
+
+impl Derivative {
+    /// Of nothing.
+    fn of(scene: &Scene, channels: usize) -> Self {
+        let by_face = vec![vec![0.0; channels]; scene.faces().len()];
+        let none = vec![0.0; channels];
+        Self { value: none.clone(), emission: by_face.clone(), reflectance: by_face, relative_estimate: none }
+    }
+}
+
 impl Solution {
     /// Derivatives of a weighted sum of radiosities by the emission and the reflectance of every face. Their cost is that of one
     /// solution of the linear system, however many faces there are.
@@ -93,25 +116,33 @@ impl Solution {
     /// # Errors
     /// If weights are not one for each surface and channel or not finite, a point is nowhere, or the importance does not settle.
     pub fn derivative(&self, scene: &Scene, sum: &WeightedSum) -> Result<Derivative, Error> {
-        self.check_weights(scene, sum)?;
-        let (channels, faces) = (self.system.channels.len(), scene.faces().len());
-        let mut derivative = Derivative {
-            value: vec![0.0; channels],
-            emission: vec![vec![0.0; channels]; faces],
-            reflectance: vec![vec![0.0; channels]; faces],
-            relative_estimate: vec![0.0; channels],
-        };
-        let mut first = Field::dark(&self.system.mesh, channels);
-        self.weigh_surfaces(scene, &sum.surfaces, &mut first, &mut derivative);
-        self.weigh_points(&sum.points, &mut first, &mut derivative)?;
-        let importance = self.importance_from(first)?;
+        let mut derivative = Derivative::of(scene, self.channels().len());
+        let (importance, _) = self.importance_with_views(scene, sum, &mut derivative)?;
         let again = self.add_reflected(&importance, &mut derivative);
-        for (channel, again) in again.into_iter().enumerate() {
-            let value = derivative.value[channel];
-            let of_all = ratio((again - value).abs(), value.abs()) + self.progress.estimate;
-            derivative.relative_estimate[channel] = OF_ONE_FACE * of_all;
-        }
+        derivative.relative_estimate = self.relative_estimates(&derivative, &again);
         Ok(derivative)
+    }
+
+    /// The importance of a sum, whose value and derivatives by the light that comes at once are added, and what its points gather.
+    fn importance_with_views(
+        &self,
+        scene: &Scene,
+        sum: &WeightedSum,
+        derivative: &mut Derivative,
+    ) -> Result<(Importance, Vec<View>), Error> {
+        self.check_weights(scene, sum)?;
+        let mut first = Field::dark(&self.system.mesh, self.channels().len());
+        self.weigh_surfaces(scene, &sum.surfaces, &mut first, derivative);
+        let views = sum.points.par_iter().map(|point| self.view(point)).collect::<Result<Vec<_>, Error>>()?;
+        self.weigh_points(&sum.points, &views, &mut first, derivative);
+        Ok((self.importance_from(first)?, views))
+    }
+
+    /// Estimates of relative errors, by the sum that the importance gives and by the solution's.
+    fn relative_estimates(&self, derivative: &Derivative, again: &[f64]) -> Vec<f64> {
+        let of_channel =
+            |(&again, &value): (&f64, &f64)| OF_ONE_FACE * (ratio((again - value).abs(), value.abs()) + self.progress.estimate);
+        again.iter().zip(&derivative.value).map(of_channel).collect()
     }
 
     fn check_weights(&self, scene: &Scene, sum: &WeightedSum) -> Result<(), Error> {
@@ -161,24 +192,30 @@ impl Solution {
         }
     }
 
-    /// Adds the light at points.
-    fn weigh_points(&self, points: &[WeightedPoint], first: &mut Field, derivative: &mut Derivative) -> Result<(), Error> {
-        let (mesh, channels) = (&self.system.mesh, self.system.channels.len());
-        let seen_from = |point: &WeightedPoint| match self.leaf_of(point.position, point.normal) {
+    /// What a point of a sum gathers.
+    fn view(&self, point: &WeightedPoint) -> Result<View, Error> {
+        let (mesh, channels) = (&self.system.mesh, self.channels().len());
+        match self.leaf_of(point.position, point.normal) {
             Ok((leaf, foot)) => {
                 let face = mesh.elements()[leaf].face();
                 let [rho, emitted] = self.system.surfaces.reflectance_and_emission(face, foot);
-                Ok((self.sum_on(leaf, foot)?, Some(face), rho, emitted))
+                let (station, sum) = self.sum_on(leaf, foot)?;
+                Ok(View { station, sum, face: Some(face), rho, emitted })
             }
             Err(error) if self.is_on_a_face(point.position) => Err(error),
             Err(_) => {
                 let station = self.station_in_space(point.position, point.normal)?;
-                Ok((self.sum_in_space(&station)?, None, vec![1.0; channels], vec![0.0; channels]))
+                let sum = self.sum_in_space(&station)?;
+                Ok(View { station, sum, face: None, rho: vec![1.0; channels], emitted: vec![0.0; channels] })
             }
-        };
-        let views = points.par_iter().map(seen_from).collect::<Result<Vec<_>, Error>>()?;
+        }
+    }
+
+    /// Adds the light at points.
+    fn weigh_points(&self, points: &[WeightedPoint], views: &[View], first: &mut Field, derivative: &mut Derivative) {
+        let (mesh, channels) = (&self.system.mesh, self.channels().len());
         let mut on_clusters = vec![vec![0.0; mesh.clusters().clusters().len()]; channels];
-        for (point, (Sum { sums, rows, far, lit, .. }, face, rho, emitted)) in points.iter().zip(&views) {
+        for (point, View { sum: Sum { sums, rows, far, lit, .. }, face, rho, emitted, .. }) in points.iter().zip(views) {
             for (channel, &weight) in point.weights.iter().enumerate() {
                 derivative.value[channel] += weight * (emitted[channel] + rho[channel] * sums[channel]);
                 if let Some(face) = *face {
@@ -203,7 +240,6 @@ impl Solution {
             let add = |element, density| first.add(mesh, element, channel, &self.even(element, density));
             mesh.clusters().push(on_clusters, |a, b| a + b, add);
         }
-        Ok(())
     }
 
     /// Solves for the importance by the part that comes at once, which is reflected on leaves as the light of lamps is.
@@ -238,11 +274,21 @@ impl Solution {
         let leaves: Vec<usize> = mesh.leaves().collect();
         let faces = &mut derivative.emission;
         let of_lamps: Vec<usize> = lamps.iter().map(|&root| mesh.elements()[root].face()).collect();
+        // What each receiver gathers of the importance and of the light, once for all leaves below it.
+        let received = |receiver: usize| {
+            let of_channel =
+                |channel| [&importance.sent, &self.radiosity.field].map(|light| self.gathered_by(receiver, light, channel));
+            if self.gathers(receiver) { (0..channels).map(of_channel).collect() } else { Vec::new() }
+        };
+        let gathered: Vec<Vec<[Vec<f64>; 2]>> = (0..mesh.elements().len()).into_par_iter().map(received).collect();
         // Of a leaf and channel: the integrals of the importance, and of it times the irradiance, the emission and each lamp's light.
         let integrals = |&leaf: &usize| {
             let (basis, area) = (mesh.basis(leaf), mesh.elements()[leaf].area());
             let of_channel = |channel: usize| {
-                let mut whole = self.gathered_polynomial(&importance.sent, leaf, channel);
+                let receiver = self.receiver_of(leaf);
+                let [mut whole, received] =
+                    gathered[receiver][channel].each_ref().map(|of| self.brought_down(of, receiver, leaf));
+                let received = self.with_direct(received, leaf, channel);
                 let first = importance.first.coefficients(leaf, channel);
                 whole.iter_mut().zip(first).for_each(|(whole, first)| *whole += first);
                 let lamp = |lamp: usize| {
@@ -252,7 +298,7 @@ impl Solution {
                     area * dot(&whole, &reflected)
                 };
                 let lit: Vec<f64> = (0..lamps.len()).map(lamp).collect();
-                let [received, emitted] = [self.irradiance_on(leaf, channel), self.emitted_on(leaf, channel)];
+                let emitted = self.emitted_on(leaf, channel);
                 ([area * whole[0], area * dot(&whole, &received), area * dot(&whole, &emitted)], lit)
             };
             (0..channels).map(of_channel).collect::<Vec<_>>()

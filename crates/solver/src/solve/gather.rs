@@ -95,7 +95,7 @@ pub(super) struct Sum {
     errors: Vec<Ledger>,
     pub(super) rows: Vec<(usize, Row)>,
     /// Sights of the sources of rows.
-    sights: Vec<Sight>,
+    pub(super) sights: Vec<Sight>,
     pub(super) far: Far,
     /// The light of lamps that are kept apart.
     pub(super) lit: Option<Lit>,
@@ -186,9 +186,10 @@ impl Solution {
     }
 
     /// The gather of a point of a leaf.
-    pub(super) fn sum_on(&self, leaf: usize, point: DVec3) -> Result<Sum, Error> {
+    pub(super) fn sum_on(&self, leaf: usize, point: DVec3) -> Result<(Station, Sum), Error> {
         let (station, gathers) = self.gathers_on(leaf, point)?;
-        Ok(self.sum(&station, gathers, &self.system.far[self.receiver_of(leaf)]))
+        let sum = self.sum(&station, gathers, &self.system.far[self.receiver_of(leaf)]);
+        Ok((station, sum))
     }
 
     /// The gather of a point that is on no face.

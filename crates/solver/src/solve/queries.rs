@@ -125,28 +125,29 @@ impl Solution {
     /// Irradiance on a leaf as a polynomial, in a channel: its coefficients in the leaf's basis.
     #[must_use]
     pub fn irradiance_on(&self, leaf: usize, channel: usize) -> Vec<f64> {
-        let mut whole = self.gathered_polynomial(&self.radiosity.field, leaf, channel);
-        if !self.radiosity.direct.is_empty() {
-            whole.iter_mut().zip(self.direct_irradiance(leaf, channel)).for_each(|(h, direct)| *h += direct);
-        }
-        whole
+        let receiver = self.receiver_of(leaf);
+        let gathered = self.gathered_by(receiver, &self.radiosity.field, channel);
+        self.with_direct(self.brought_down(&gathered, receiver, leaf), leaf, channel)
     }
 
-    /// What a leaf's receiver gathers of a light, as a polynomial on the leaf: its coefficients.
-    pub(super) fn gathered_polynomial(&self, light: &Field, leaf: usize, channel: usize) -> Vec<f64> {
-        let receiver = self.receiver_of(leaf);
-        let above = self.basis(receiver);
-        let at_nodes = self.system.irradiance(light, receiver, channel);
-        let mut path: Vec<usize> = Vec::new();
-        let mut ancestor = leaf;
-        while ancestor != receiver
-            && let Some(parent) = self.element(ancestor).parent()
-        {
-            path.push(ancestor);
-            ancestor = parent;
+    /// What a leaf gathers, with the light of lamps that are kept apart.
+    pub(super) fn with_direct(&self, mut gathered: Vec<f64>, leaf: usize, channel: usize) -> Vec<f64> {
+        if !self.radiosity.direct.is_empty() {
+            gathered.iter_mut().zip(self.direct_irradiance(leaf, channel)).for_each(|(h, direct)| *h += direct);
         }
-        let restricted = |held: Vec<f64>, element: usize| above.restrict(self.system.mesh.child(element), &held);
-        path.into_iter().rev().fold(above.project(&at_nodes), restricted)
+        gathered
+    }
+
+    /// What a receiver gathers of a light, as a polynomial on it.
+    pub(super) fn gathered_by(&self, receiver: usize, light: &Field, channel: usize) -> Vec<f64> {
+        self.basis(receiver).project(&self.system.irradiance(light, receiver, channel))
+    }
+
+    /// A polynomial on a receiver as one on a leaf below it.
+    pub(super) fn brought_down(&self, of_receiver: &[f64], receiver: usize, leaf: usize) -> Vec<f64> {
+        let path: Vec<usize> = self.system.mesh.above(leaf).take_while(|&element| element != receiver).collect();
+        let restricted = |held: Vec<f64>, &element: &usize| self.basis(receiver).restrict(self.system.mesh.child(element), &held);
+        path.iter().rev().fold(of_receiver.to_vec(), restricted)
     }
 
     /// `E + rho H` at a point of a leaf with the irradiance as a polynomial, in a channel, where [`Self::value_on`] has the

@@ -8,4 +8,5 @@ mod prepared;
 mod shadow_lines;
 mod shadows;
 mod textures;
+mod vertices;
 mod zatz;

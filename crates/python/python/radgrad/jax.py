@@ -1,0 +1,113 @@
+"""`evaluate` for JAX: `jax.grad` and `jax.vjp` through it take the exact derivatives of `radgrad.derivatives`.
+
+>>> import jax, radgrad as rg
+>>> jax.config.update("jax_enable_x64", True)
+>>> lamp = jax.numpy.array([[0.0, 0, 1], [0, 1, 1], [1, 1, 1], [1, 0, 1]])
+>>> raised = jax.grad(lambda v: rg.jax.evaluate([0.5, 0.5, 0.0], [0.0, 0, 1], v, 2.0))(lamp)
+>>> bool(raised[:, 2].sum() < 0)
+True
+"""
+
+from __future__ import annotations
+
+import importlib
+import os
+from concurrent.futures import ThreadPoolExecutor
+from functools import lru_cache
+from typing import Any, Callable, Sequence
+
+import numpy as np
+
+from ._reverse import backward, forward
+
+__all__ = ["evaluate"]
+
+
+def evaluate(
+    x: Any,
+    normal: Any,
+    vertices: Any,
+    emission: Any = 1.0,
+    occluders: Sequence[Any] = (),
+    reflectance: Any = 1.0,
+    rtol: float = 1e-12,
+) -> Any:
+    """The radiosity of points due to one emitter, in closed form, that JAX differentiates backwards, under `jax.jit` too.
+
+    Parameters
+    ----------
+    x, normal, reflectance
+        As of `radgrad.evaluate`; they broadcast.
+    vertices : (V, 3)
+        Of the emitter.
+    emission : a number, or (V,)
+        The radiosity that it emits, or its value at each vertex, affine in between.
+    occluders : sequence of (V_k, 3)
+        Polygons that may hide it.
+    rtol : float
+        Relative error that is asked for. In single precision, JAX's default, arrays are exact to 1e-7 of themselves: JAX's `jax_enable_x64` gives all digits.
+
+    Returns
+    -------
+    array of the shape of the points
+    """
+    differentiable = _differentiable()
+    _worker(os.getpid())
+    jnp = importlib.import_module("jax.numpy")
+    kind = jnp.result_type(float)
+
+    def arrays(of: Any) -> Any:
+        return tuple(jnp.asarray(one, dtype=kind) for one in of)
+
+    return differentiable(rtol, arrays((x, normal, vertices, emission, reflectance)), arrays(occluders))
+
+
+@lru_cache(maxsize=1)
+def _worker(process: int) -> ThreadPoolExecutor:
+    """A thread of a process that computes as its caller does: those of JAX flush subnormal numbers to zero, where no bound holds. A thread has the
+    mode of the one that starts it, so this is first asked for outside of JAX."""
+    worker = ThreadPoolExecutor(1, "radgrad.jax")
+    worker.submit(os.getpid).result()
+    return worker
+
+
+def _computed(of: Callable[..., Any], *given: Any) -> Any:
+    return _worker(os.getpid()).submit(of, *given).result()
+
+
+@lru_cache(maxsize=1)
+def _differentiable() -> Any:
+    """A function of a tolerance, the five arguments and the occluders that JAX differentiates."""
+    try:
+        jax: Any = importlib.import_module("jax")
+    except ImportError:
+        raise ImportError("radgrad.jax needs JAX: pip install jax") from None
+
+    def value(rtol: float, arguments: Any, occluders: Any) -> Any:
+        x, normal, _, _, reflectance = arguments
+        shape = np.broadcast_shapes(x.shape[:-1], normal.shape[:-1], reflectance.shape)
+
+        def call(arguments: Any, occluders: Any) -> Any:
+            return _computed(forward, _doubles(arguments), _doubles(occluders), rtol).astype(x.dtype, copy=False)
+
+        return jax.pure_callback(call, jax.ShapeDtypeStruct(shape, x.dtype), arguments, occluders)
+
+    def pulled_back(rtol: float, kept: Any, cotangent: Any) -> Any:
+        arguments, occluders = kept
+
+        def call(cotangent: Any, arguments: Any, occluders: Any) -> Any:
+            found = _computed(backward, np.asarray(cotangent), _doubles(arguments), _doubles(occluders), rtol)
+            return tuple(of.astype(cotangent.dtype, copy=False) for of in found)
+
+        kinds = tuple(jax.ShapeDtypeStruct(of.shape, of.dtype) for of in (*arguments, *occluders))
+        found = jax.pure_callback(call, kinds, cotangent, arguments, occluders)
+        return tuple(found[:5]), tuple(found[5:])
+
+    made = jax.custom_vjp(value, nondiff_argnums=(0,))
+    made.defvjp(lambda *given: (made(*given), given[1:]), pulled_back)
+    return made
+
+
+def _doubles(arrays: Any) -> Any:
+    """As numpy's, which takes doubles where they lie."""
+    return tuple(np.asarray(of, dtype=np.float64) for of in arrays)
