@@ -1,4 +1,5 @@
-/* How bright a desk is below a lamp: a row of points as structures (AoS), the same as columns (SoA), and one point by itself.
+/* How bright a desk is below a lamp: a row of points as structures (AoS), the same as columns (SoA), one point by itself, and what
+   that gains as a corner of the lamp moves.
    cc desk.c -Iinclude -lradgrad_c -lm */
 #include <math.h>
 #include <stdio.h>
@@ -37,6 +38,14 @@ int main(void) {
     if (radgrad_evaluate(lamp, desk[500].at, up, share, 1e-12, &one) != RADGRAD_OK) return 5;
     if (fabs(one.radiosity - x[500]) > one.radiosity_error + y[500]) return 6;
     printf("in the middle of the desk: %.12f +- %.0e\n", one.radiosity, one.radiosity_error);
+
+    radgrad_slopes slopes_there;
+    double by_corner[4][4], by_emission[2], sum = 0;
+    if (radgrad_derivatives(lamp, desk[500].at, up, share, 1e-12, &slopes_there, &by_corner[0][0], by_emission) != RADGRAD_OK) return 7;
+    for (int k = 0; k < 4; k++) sum += by_corner[k][2];
+    /* Raising the lamp is lowering the desk; the radiosity is 100 times that of an emission of 1. */
+    if (fabs(sum + slopes_there.answer.gradient[2]) > 1e-10 || fabs(100 * by_emission[0] - one.radiosity) > 1e-10) return 8;
+    printf("a lamp higher by 1 mm: %+.6f\n", 1e-3 * sum);
     radgrad_room_free(room);
     radgrad_emitter_free(lamp);
     return 0;

@@ -45,6 +45,20 @@ typedef struct radgrad_answer {
   double gradient_error;
 } radgrad_answer;
 
+// Radiosity and its derivatives by position, normal and reflectance, with proven bounds.
+typedef struct radgrad_slopes {
+  // Radiosity and gradient.
+  struct radgrad_answer answer;
+  // Derivatives with respect to the unit normal, in the unit of the emission; as it turns only the part across it counts.
+  double normal[3];
+  // Proven bound on the Euclidean norm of their error.
+  double normal_error;
+  // Derivative with respect to the reflectance, in the unit of the emission.
+  double reflectance;
+  // Proven bound on its error.
+  double reflectance_error;
+} radgrad_slopes;
+
 // Numbers in memory: that of point `i` and component `k` is `data[i * point_stride + k * component_stride]`.
 typedef struct radgrad_array_f64 {
   // The first number. NULL where nothing is given, or nothing is wanted.
@@ -170,6 +184,27 @@ enum radgrad_status radgrad_evaluate(const struct radgrad_emitter *emitter,
                                      double reflectance,
                                      double tolerance,
                                      struct radgrad_answer *answer);
+
+// Derivatives of a receiver's radiosity by everything that shapes it, to a tolerance relative to the largest of their kind. It may
+// allocate; it neither locks nor unwinds.
+//
+// `vertices`, unless it is NULL, gets four numbers for each vertex of the emitter: three derivatives, in the unit of the emission over
+// that of length, and a proven bound on the norm of their error. `emission`, unless it is NULL, gets two numbers for each parameter
+// of the emission, the derivative and its bound: of a constant emission for the constant; for the value at each vertex; or for the value,
+// and then three, in the unit of length, for the gradient. Vertex values move with their vertices, an emission with a gradient moves with
+// vertex 0. Of more than three vertices the derivatives are those for motions that keep the polygon flat.
+//
+// # Safety
+// `position` and `normal` have three numbers each, `emitter` was made by this library, `slopes` can be written, and `vertices` and
+// `emission` have room for those numbers.
+enum radgrad_status radgrad_derivatives(const struct radgrad_emitter *emitter,
+                                        const double *position,
+                                        const double *normal,
+                                        double reflectance,
+                                        double tolerance,
+                                        struct radgrad_slopes *slopes,
+                                        double *vertices,
+                                        double *emission);
 
 // Makes a room, of 160 kB. NULL if the library fails as it should not.
 struct radgrad_room *radgrad_room_new(void);

@@ -3,7 +3,7 @@
 #![allow(unsafe_code, reason = "C hands over addresses; functions are called by name")]
 
 use radgrad_core::batch::{Answers, Engine, Precision, ReadyEmitter, Receivers};
-use radgrad_core::{DVec3, Error, Receiver};
+use radgrad_core::{DVec3, Derivative, Error, Receiver};
 
 use crate::arrays::{AnswersF32, AnswersF64, PointsF32, PointsF64};
 use crate::{Emitter, Status, guarded};
@@ -56,6 +56,97 @@ pub unsafe extern "C" fn radgrad_evaluate(
             Err(error) => Status::from_error(&error),
         }
     })
+}
+
+/// Radiosity and its derivatives by position, normal and reflectance, with proven bounds.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Slopes {
+    /// Radiosity and gradient.
+    pub answer: Answer,
+    /// Derivatives with respect to the unit normal, in the unit of the emission; as it turns only the part across it counts.
+    pub normal: [f64; 3],
+    /// Proven bound on the Euclidean norm of their error.
+    pub normal_error: f64,
+    /// Derivative with respect to the reflectance, in the unit of the emission.
+    pub reflectance: f64,
+    /// Proven bound on its error.
+    pub reflectance_error: f64,
+}
+
+/// Derivatives of a receiver's radiosity by everything that shapes it, to a tolerance relative to the largest of their kind. It may
+/// allocate; it neither locks nor unwinds.
+///
+/// `vertices`, unless it is NULL, gets four numbers for each vertex of the emitter: three derivatives, in the unit of the emission over
+/// that of length, and a proven bound on the norm of their error. `emission`, unless it is NULL, gets two numbers for each parameter
+/// of the emission, the derivative and its bound: of a constant emission for the constant; for the value at each vertex; or for the value,
+/// and then three, in the unit of length, for the gradient. Vertex values move with their vertices, an emission with a gradient moves with
+/// vertex 0. Of more than three vertices the derivatives are those for motions that keep the polygon flat.
+///
+/// # Safety
+/// `position` and `normal` have three numbers each, `emitter` was made by this library, `slopes` can be written, and `vertices` and
+/// `emission` have room for those numbers.
+#[unsafe(no_mangle)]
+#[expect(clippy::too_many_arguments, reason = "C has no slices")]
+pub unsafe extern "C" fn radgrad_derivatives(
+    emitter: *const Emitter,
+    position: *const f64,
+    normal: *const f64,
+    reflectance: f64,
+    tolerance: f64,
+    slopes: *mut Slopes,
+    vertices: *mut f64,
+    emission: *mut f64,
+) -> Status {
+    if emitter.is_null() || position.is_null() || normal.is_null() || slopes.is_null() {
+        return Status::RADGRAD_NULL;
+    }
+    // SAFETY: the caller says that they point to three numbers each.
+    let vector = |numbers: *const f64| unsafe { DVec3::new(*numbers, *numbers.add(1), *numbers.add(2)) };
+    let (position, normal) = (vector(position), vector(normal));
+    // SAFETY: the caller says that it is an emitter of this library.
+    let emitter = unsafe { &*emitter }.double.emitter();
+    guarded(|| {
+        let receiver = Receiver::new(position, normal, reflectance);
+        let found = match receiver.and_then(|receiver| radgrad_core::derivatives(&receiver, emitter, [], tolerance)) {
+            Ok(found) => found,
+            Err(error) => return Status::from_error(&error),
+        };
+        let answer = Answer {
+            radiosity: found.radiosity.value,
+            radiosity_error: found.radiosity.error,
+            gradient: found.gradient.value.to_array(),
+            gradient_error: found.gradient.error,
+        };
+        let written = Slopes {
+            answer,
+            normal: found.normal.value.to_array(),
+            normal_error: found.normal.error,
+            reflectance: found.reflectance.value,
+            reflectance_error: found.reflectance.error,
+        };
+        let of_vertex = |vertex: &Derivative<DVec3>| [vertex.value.x, vertex.value.y, vertex.value.z, vertex.error];
+        // SAFETY: the caller says that all can be written, and has room for so many numbers.
+        unsafe {
+            *slopes = written;
+            write(vertices, found.vertices.iter().flat_map(of_vertex));
+            write(emission, found.emission.iter().flat_map(|parameter| [parameter.value, parameter.error]));
+        }
+        Status::RADGRAD_OK
+    })
+}
+
+/// Writes numbers one after the other, unless nothing is wanted.
+///
+/// # Safety
+/// There is room for as many.
+unsafe fn write(to: *mut f64, numbers: impl Iterator<Item = f64>) {
+    if !to.is_null() {
+        for (place, number) in numbers.enumerate() {
+            // SAFETY: the caller says that there is room.
+            unsafe { *to.add(place) = number };
+        }
+    }
 }
 
 /// Points that are answered at a time.

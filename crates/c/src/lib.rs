@@ -1,5 +1,6 @@
 //! Radiosity and its gradient from polygonal emitters, for C: `include/radgrad.h`.
 //!
+//! `radgrad_derivatives` gives the derivatives by vertices, emission, normal and reflectance.
 //! `radgrad_evaluate`, `radgrad_batch_f64` and `radgrad_batch_f32` neither lock nor unwind, on arrays with any strides. Nor do they
 //! allocate where a closed form or a Gauss rule answers, unless the horizon leaves more than twelve corners of an emitter far
 //! away. The remaining case is a receiver on the surface of an emitter that is flat up to rounding only. An emitter, and the room
@@ -19,7 +20,10 @@ pub use arrays::{AnswersF32, AnswersF64, ArrayF32, ArrayF64, PointsF32, PointsF6
 pub use emitter::{
     Emitter, radgrad_emitter_affine, radgrad_emitter_constant, radgrad_emitter_free, radgrad_emitter_linear, radgrad_message,
 };
-pub use evaluate::{Answer, Room, radgrad_batch_f32, radgrad_batch_f64, radgrad_evaluate, radgrad_room_free, radgrad_room_new};
+pub use evaluate::{
+    Answer, Room, Slopes, radgrad_batch_f32, radgrad_batch_f64, radgrad_derivatives, radgrad_evaluate, radgrad_room_free,
+    radgrad_room_new,
+};
 
 /// The status of a call.
 #[repr(C)]

@@ -88,6 +88,51 @@ fn what_is_refused_has_its_status_and_its_words() {
 }
 
 #[test]
+fn derivatives_are_those_of_the_library() {
+    let mut lamps = [constant(), null_mut(), null_mut()];
+    // SAFETY: four vertices, a value for each or three numbers of a slope, and room for an address.
+    unsafe {
+        assert_eq!(
+            radgrad_emitter_linear(SQUARE.as_ptr(), 4, [1.0, 2.0, 3.0, 2.0].as_ptr(), &raw mut lamps[1]),
+            Status::RADGRAD_OK
+        );
+        assert_eq!(
+            radgrad_emitter_affine(SQUARE.as_ptr(), 4, 1.0, [0.5, 0.25, 0.0].as_ptr(), &raw mut lamps[2]),
+            Status::RADGRAD_OK
+        );
+    }
+    let (position, normal) = ([0.2, 0.3, 0.0], [0.1, 0.0, 1.0]);
+    for (lamp, parameters) in lamps.into_iter().zip([1, 4, 4]) {
+        let (mut slopes, mut vertices, mut emission) = (Slopes::default(), [f64::NAN; 17], [f64::NAN; 9]);
+        let (x, n) = (position.as_ptr(), normal.as_ptr());
+        // SAFETY: the emitter is whole, and there is room for four vertices and four parameters.
+        let status =
+            unsafe { radgrad_derivatives(lamp, x, n, 0.5, 1e-12, &raw mut slopes, vertices.as_mut_ptr(), emission.as_mut_ptr()) };
+        assert_eq!(status, Status::RADGRAD_OK);
+        for axis in 0..3 {
+            let sum: f64 = (0..4).map(|k| vertices[4 * k + axis]).sum();
+            assert!((sum + slopes.answer.gradient[axis]).abs() < 1e-12, "moving all is moving the receiver the other way");
+        }
+        assert!((0..4).all(|k| vertices[4 * k + 3] < 1e-12) && vertices[16].is_nan(), "{vertices:?}");
+        assert!((0..parameters).all(|k| emission[2 * k + 1] < 1e-12) && emission[2 * parameters].is_nan(), "{emission:?}");
+        assert!((slopes.reflectance * 0.5 - slopes.answer.radiosity).abs() < 1e-15 && slopes.normal[2] > 0.0);
+        let mut alone = Slopes::default();
+        // SAFETY: the emitter is whole, and what is not wanted is NULL.
+        let status = unsafe { radgrad_derivatives(lamp, x, n, 0.5, 1e-12, &raw mut alone, null_mut(), null_mut()) };
+        assert_eq!((status, alone), (Status::RADGRAD_OK, slopes));
+        // SAFETY: nothing is read or written by way of an address that is NULL.
+        unsafe {
+            assert_eq!(
+                radgrad_derivatives(lamp, x, n, 2.0, 1e-12, &raw mut alone, null_mut(), null_mut()),
+                Status::RADGRAD_RECEIVER
+            );
+            assert_eq!(radgrad_derivatives(lamp, x, n, 0.5, 1e-12, null_mut(), null_mut(), null_mut()), Status::RADGRAD_NULL);
+            radgrad_emitter_free(lamp);
+        }
+    }
+}
+
+#[test]
 fn a_call_allocates_nothing() {
     const COUNT: usize = 3000;
     let (mut linear, lamp) = (null_mut(), constant());

@@ -17,7 +17,7 @@
 //!
 //! In short: `Engine::{new, all, threads}` and, on it, `radiosity`, `radiosity_and_gradient`, `radiosity_to`, `evaluate_to` (many
 //! receivers, one emitter), `radiosity_occluded`, `evaluate_occluded` (the same with occluders), `each`, `each_to` (one receiver,
-//! many emitters), `total` (many of both, summed).
+//! many emitters), `total` (many of both, summed), `derivatives` (many receivers, one emitter).
 //!
 //! Digits are lost as by [`crate::radiosity`]: about `log10 D/s` of them at distance D for size s, of a linear emitter three
 //! times as many. The bound is some 30 (value) to 60 times (gradient) the error found, a linear emitter's some thousand times.
@@ -41,6 +41,7 @@
 mod answers;
 mod bound;
 mod cluster;
+mod derivatives;
 mod edge;
 mod emitter_tree;
 mod emitters;

@@ -13,8 +13,8 @@
 //! polygons that are exactly on one line, as in a mesh of occluders or where an occluder stands on the emitter's edge, are taken to stay so:
 //! the part that they bound counts for one of them, and the derivatives are those by motions that move them together.
 //!
-//! Bounds are running ([`radgrad_numbers::ball`]) but for the first attempt at a constant emission, where they are derived
-//! ([`crate::forms::edge_lanes::shares`]); the ladder is f64, double-double, then as many bits as it takes.
+//! Bounds are running ([`radgrad_numbers::ball`]) but for the first attempt at an unoccluded triangle or quadrangle: there they are derived
+//! for a constant emission ([`crate::forms::edge_lanes::shares`]), and run on lanes for one by vertex values; the ladder is f64, double-double, then as many bits as it takes.
 
 mod sums;
 
@@ -27,10 +27,9 @@ use radgrad_numbers::vec3::Vec3;
 
 use crate::boundary::case::Case;
 use crate::boundary::plan::Plan;
-use crate::boundary::visibility::not_flat::largest;
 use crate::derivatives::sums::Sums;
 use crate::error::Error;
-use crate::forms::edge_lanes::shares::{self, Shared};
+use crate::forms::edge_lanes::shares::{self, MOST};
 use crate::ladder::answer::Method;
 use crate::ladder::caller_units::CallerUnits;
 use crate::ladder::components::within_reach;
@@ -130,9 +129,7 @@ pub fn derivatives<'a>(
 fn bounded(receiver: &Receiver, emitter: &Emitter, occluders: &[&Polygon], tolerance: f64) -> Result<Derivatives, Error> {
     let tolerance = within_reach(tolerance)?;
     if occluders.is_empty()
-        && let Emission::Constant(_) = emitter.emission()
-        && let Some(shared) = shares::constant(receiver, emitter.polygon())
-        && let Some(answer) = Derivatives::of_shares(receiver, emitter, &shared, tolerance)?
+        && let Some(answer) = Derivatives::on_lanes(receiver, emitter, tolerance)
     {
         return Ok(answer);
     }
@@ -153,6 +150,9 @@ const GRADIENT: usize = 1;
 const VERTEX: usize = 2;
 const EMISSION: usize = 3;
 const NORMAL: usize = KINDS - 1;
+
+/// The least reflectance with which products stay in the range.
+const LEAST_REFLECTANCE: f64 = 1e-30;
 
 /// All derivatives, in the order in which [`Derivatives::new`] takes them.
 struct All;
@@ -197,6 +197,8 @@ fn parameter_count(emission: &Emission) -> usize {
 }
 
 impl Derivative<f64> {
+    const ZERO: Self = Self { value: 0.0, error: 0.0 };
+
     const fn number(known: Known) -> Self {
         Self { value: known.components[0], error: known.error }
     }
@@ -229,67 +231,61 @@ impl Derivatives {
         result
     }
 
-    /// Of a constant emission, by its shares and their derived bounds, where these are within the tolerance.
-    #[inline]
-    fn of_shares(receiver: &Receiver, emitter: &Emitter, shared: &Shared, tolerance: f64) -> Result<Option<Self>, Error> {
-        let count = emitter.polygon().vertices().len();
-        let emission = emitter.affine().value;
-        let [of_vector, of_component] = shared.irradiance_errors;
-        let component = unit_normal::<f64>(receiver).dot(shared.irradiance);
-        let vertices = shared.vertices.map(|vertex| vertex * emission);
-        let sizes = vertices[..count].iter().map(|vertex| vertex.norm()).fold(0.0, largest);
-        let vertex_errors = shared.vertex_errors.map(|error| error * emission.abs());
-        let meets = |error: f64, size: f64| error <= tolerance * size;
-        let is_met = meets(of_component, component.abs())
-            && meets(of_vector, shared.irradiance.norm())
-            && meets(shared.gradient_error, shared.gradient.norm())
-            && vertex_errors[..count].iter().all(|error| meets(*error, sizes));
-        // A reflectance of 0, an emission of 0 and numbers that leave the range of doubles are left to the ladder.
-        if !is_met || emission == 0.0 || receiver.reflectance() == 0.0 {
-            return Ok(None);
+    /// Of an emitter whose derivatives are found on lanes, where their bounds are within the tolerance. Factors near the ends of the
+    /// range, a reflectance of 0 and an emission of 0 are left to the ladder.
+    #[inline(always)]
+    fn on_lanes(receiver: &Receiver, emitter: &Emitter, tolerance: f64) -> Option<Self> {
+        let vertices = emitter.polygon().vertices().len();
+        let (shared, parameters) = match emitter.emission() {
+            Emission::Constant(_) => (shares::constant(receiver, emitter)?, 1),
+            Emission::Linear(Linear::AtVertices(_)) => (shares::linear::at_vertices(receiver, emitter)?, vertices),
+            _ => return None,
+        };
+        let units = |order| CallerUnits::of_derivative(order, "derivatives", &shared.plan, emitter).moderate();
+        let (unit, slope) = (units(0)?, units(1)?);
+        if receiver.reflectance() < LEAST_REFLECTANCE || !shared.is_within(tolerance, [vertices, parameters]) {
+            return None;
         }
-        let factor = albedo::<f64>(receiver);
-        let plan = &shared.plan;
-        let [value, by_normal] =
-            ["radiosity", "derivative by the normal"].map(|name| CallerUnits::of_derivative(0, name, plan, emitter));
-        let [slope, by_vertex] =
-            ["gradient", "derivative by a vertex"].map(|name| CallerUnits::of_derivative(1, name, plan, emitter));
-        let whole = factor * emission;
-        let vector = |unit: CallerUnits, Vec3 { x, y, z }: Vec3<f64>, error: f64, factor: f64| {
-            let (components, error) = unit.components([x, y, z].map(|c| c * factor), error * factor.abs())?;
-            Ok::<_, Error>(Derivative { value: DVec3::from_array(components), error })
+        let albedo = albedo::<f64>(receiver);
+        // What is left of a component that is not normal is rounded by less than the smallest normal number.
+        let error = |error: f64, factor: f64| error * factor + f64::MIN_POSITIVE;
+        let vector = |value: Vec3<f64>, of_value: f64, factor: f64| Derivative {
+            value: DVec3::from(value * (albedo * factor)),
+            error: error(of_value, albedo * factor),
         };
-        let number = |unit: CallerUnits, factor: f64| {
-            let ([value], error) = unit.components([component * factor], of_component * factor.abs())?;
-            Ok::<_, Error>(Derivative { value, error })
-        };
-        let by_emission = CallerUnits::of_length(0, "derivative by the emission", plan);
-        let by_vertices =
-            (0..count).map(|k| vector(by_vertex, vertices[k], vertex_errors[k], factor)).collect::<Result<Vec<_>, Error>>()?;
-        Ok(Some(Self {
-            radiosity: number(value, whole)?,
-            gradient: vector(slope, shared.gradient, shared.gradient_error, whole)?,
-            vertices: by_vertices,
+        let number =
+            |value: f64, of_value: f64, factor: f64| Derivative { value: value * factor, error: error(of_value, factor) };
+        let (mut by_vertices, mut by_emission) = ([Derivative::<DVec3>::ZERO; MOST], [Derivative::<f64>::ZERO; MOST]);
+        for (k, vertex) in by_vertices.iter_mut().enumerate() {
+            *vertex = vector(shared.vertices[k], shared.vertex_errors[k], slope);
+        }
+        for (k, parameter) in by_emission.iter_mut().enumerate() {
+            *parameter = number(shared.emission[k], shared.emission_errors[k], albedo);
+        }
+        Some(Self {
+            radiosity: number(shared.irradiance, shared.irradiance_error, albedo * unit),
+            gradient: vector(shared.gradient, shared.gradient_error, slope),
+            vertices: by_vertices[..vertices].to_vec(),
             occluders: Vec::new(),
-            emission: vec![number(by_emission, factor)?],
-            normal: vector(by_normal, shared.irradiance, of_vector, whole)?,
-            reflectance: number(value, emission * FRAC_1_PI)?,
+            emission: by_emission[..parameters].to_vec(),
+            normal: vector(shared.vector, shared.vector_error, unit),
+            reflectance: number(shared.irradiance, shared.irradiance_error, FRAC_1_PI * unit),
             method: Method::ClosedForm,
             position: receiver.position(),
             unit_normal: receiver.normal(),
-        }))
+        })
     }
 
     fn zero(receiver: &Receiver, emitter: &Emitter, occluders: &[&Polygon]) -> Self {
-        let number = Derivative { value: 0.0, error: 0.0 };
-        let of = |polygon: &Polygon| vec![Derivative::ZERO; polygon.vertices().len()];
+        let number = Derivative::<f64>::ZERO;
+        let of = |polygon: &Polygon| vec![Derivative::<DVec3>::ZERO; polygon.vertices().len()];
         Self {
             radiosity: number,
-            gradient: Derivative::ZERO,
+            gradient: Derivative::<DVec3>::ZERO,
             vertices: of(emitter.polygon()),
             occluders: occluders.iter().map(|occluder| of(occluder)).collect(),
             emission: vec![number; parameter_count(emitter.emission())],
-            normal: Derivative::ZERO,
+            normal: Derivative::<DVec3>::ZERO,
             reflectance: number,
             method: Method::Zero,
             position: receiver.position(),
@@ -356,4 +352,48 @@ fn length(v: DVec3) -> f64 {
 fn with_rounding(error: f64, size: f64) -> f64 {
     let rounding = if size > 0.0 { 12.0 * ROUNDOFF * size + f64::MIN_POSITIVE } else { 0.0 };
     (error + rounding) * (1.0 + 16.0 * ROUNDOFF)
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
+
+    use super::*;
+    use crate::forms::edge_lanes::random::{polygon_and_receiver, vector};
+
+    #[test]
+    fn what_lanes_find_is_within_its_bounds_of_what_the_ladder_finds() {
+        let mut random = ChaCha8Rng::seed_from_u64(59);
+        let (mut found, mut sharp, mut worst, mut longest) = ([0; 2], [0; 2], [0.0f64; 2], 0.0f64);
+        for i in 0..4000 {
+            let (count, kind) = (3 + i % 2, i / 2 % 2);
+            let Some((polygon, receiver, size)) = polygon_and_receiver(&mut random, count, 1.5) else { continue };
+            let (base, slope) = (random.random_range(-2.0..2.0), vector(&mut random, 3.0) / size);
+            let values = polygon.vertices().iter().map(|v| base + slope.dot(*v - polygon.vertices()[0])).collect();
+            let emission = if kind == 0 { Emission::Constant(base) } else { Emission::at_vertices(values) };
+            let Ok(emitter) = Emitter::new(polygon, emission) else { continue };
+            let Some(ours) = Derivatives::on_lanes(&receiver, &emitter, 1.0) else { continue };
+            let plan = Plan::new(&receiver, emitter.polygon()).unwrap();
+            let case = Case { receiver: &receiver, emitter: &emitter, occluders: &[], plan: &plan };
+            let (known, method) = to_tolerance(&All, &case, 1e-14).unwrap().unwrap();
+            let theirs = Derivatives::new(&case, known, method);
+            let share = |off: f64, errors: f64| off / errors;
+            let vectors = [(ours.gradient, theirs.gradient), (ours.normal, theirs.normal)];
+            let vectors = vectors.into_iter().chain(ours.vertices.iter().copied().zip(theirs.vertices.iter().copied()));
+            let numbers = [(ours.radiosity, theirs.radiosity), (ours.reflectance, theirs.reflectance)];
+            let numbers = numbers.into_iter().chain(ours.emission.iter().copied().zip(theirs.emission.iter().copied()));
+            for (a, b) in vectors {
+                worst[kind] = worst[kind].max(share((a.value - b.value).length(), a.error + b.error));
+            }
+            for (a, b) in numbers {
+                worst[kind] = worst[kind].max(share((a.value - b.value).abs(), a.error + b.error));
+            }
+            found[kind] += 1;
+            sharp[kind] += usize::from(Derivatives::on_lanes(&receiver, &emitter, 1e-11).is_some());
+            longest = longest.max(ours.vertices.len() as f64);
+        }
+        println!("{found:?} found, {sharp:?} to 1e-11, worst shares of bounds {worst:?}");
+        assert!(found.iter().all(|&n| n > 200) && sharp.iter().all(|&n| n > 100), "{found:?} {sharp:?}");
+        assert!(worst.iter().all(|&worst| worst < 1.0 && worst > 1e-4) && longest == 4.0, "{worst:?}");
+    }
 }

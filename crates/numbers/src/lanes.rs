@@ -2,6 +2,7 @@
 
 pub mod angle;
 pub mod arithmetic;
+pub mod ball;
 pub mod instruction_set;
 pub mod lane;
 pub mod vectors;

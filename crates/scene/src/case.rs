@@ -6,7 +6,8 @@
 //! ```
 //!
 //! (here on two lines to be read by people). `normal` may have any length; `id` is the number of the line, `reflectance` 1, `occluders` none and the
-//! relative `tolerance` 1e-12 unless given. `"digits": 50` asks for decimal digits, `"hessian": true` for second derivatives too:
+//! relative `tolerance` 1e-12 unless given. `"digits": 50` asks for decimal digits, `"hessian": true` for second derivatives too,
+//! `"derivatives": true` for those by vertices, occluders, emission, normal and reflectance ([`DerivativesRecord`]):
 //! they are no part of the [`Case`] but of the [`Line`]. `"precision"` is the length by which each coordinate of a vertex may be off, of
 //! emitter and occluders alike: 0 unless given ([`Polygon::from_rounded`]). `truth`, `family` and `comment` may stand beside them and are passed over; any other field
 //! is refused, since a misspelt one would go unseen. Lengths are in one unit of the caller's choice,
@@ -16,6 +17,7 @@
 //! goes the whole way from a line to its answer or refusal.
 
 mod answer;
+mod derivatives;
 mod emission;
 mod estimate;
 mod expression;
@@ -31,6 +33,7 @@ use serde::{Deserialize, Serialize};
 use crate::Error;
 use crate::words::without_mark;
 pub use answer::{AnswerRecord, DigitsRecord, EstimateRecord, Refusal, Reply};
+pub use derivatives::{DerivativeRecord, DerivativesRecord};
 pub use emission::{EmissionRecord, PolynomialRecord, TermRecord};
 pub use id::Id;
 
@@ -84,6 +87,8 @@ struct Fields {
     digits: Option<u32>,
     #[serde(default)]
     hessian: bool,
+    #[serde(default)]
+    derivatives: bool,
     #[serde(default, rename = "truth")]
     _truth: IgnoredAny,
     #[serde(default, rename = "family")]
@@ -212,6 +217,8 @@ pub struct Wanted {
     pub digits: Option<u32>,
     /// Second derivatives too.
     pub hessian: bool,
+    /// Derivatives by everything that shapes the radiosity too.
+    pub derivatives: bool,
 }
 
 /// A line that was read: its number, from 1, and its case.
@@ -241,7 +248,7 @@ impl Line {
         let fields = serde_json::from_slice::<Fields>(text);
         let line = fields.map(|mut fields| {
             fields.id.get_or_insert_with(|| Id::Number(number.into()));
-            let wanted = Wanted { digits: fields.digits, hessian: fields.hessian };
+            let wanted = Wanted { digits: fields.digits, hessian: fields.hessian, derivatives: fields.derivatives };
             Self { number, case: fields.into(), wanted }
         });
         Some(line.map_err(|error| Refusal { id: Id::find(text), line: number, error: error.into() }))
@@ -298,12 +305,15 @@ fn reply(case: &Case, wanted: Wanted) -> Result<Reply, Error> {
         Some(digits) if is_finer && digits < digits_of(case.tolerance) => {
             return Err(Error::TooFewDigits { digits, tolerance: case.tolerance });
         }
-        Some(_) if wanted.hessian => return Err(Error::Together { first: "digits", second: "hessian" }),
         _ => {}
     }
+    let slopes = [(wanted.hessian, "hessian"), (wanted.derivatives, "derivatives")];
+    let slopes = slopes.iter().find_map(|(wanted, name)| wanted.then_some(*name));
+    if let (Some(second), Some(_)) = (slopes, wanted.digits) {
+        return Err(Error::Together { first: "digits", second });
+    }
     if let EmissionRecord::Expression { expression } = &case.emitter.emission {
-        if wanted.digits.is_some() || wanted.hessian {
-            let second = if wanted.hessian { "hessian" } else { "digits" };
+        if let Some(second) = slopes.or(wanted.digits.map(|_| "digits")) {
             return Err(Error::Together { first: "an expression", second });
         }
         let expression = expression::Expression::parse(expression)?;
@@ -323,6 +333,10 @@ fn reply(case: &Case, wanted: Wanted) -> Result<Reply, Error> {
         record = record.with_hessian(&hessian);
     }
     record.check_finite()?;
+    if wanted.derivatives {
+        let found = radgrad_core::derivatives(&receiver, &emitter, &occluders, tolerance).map_err(Error::Evaluation)?;
+        record.derivatives = Some(DerivativesRecord::new(&found)?);
+    }
     Ok(Reply::Doubles(record))
 }
 

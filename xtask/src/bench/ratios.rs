@@ -13,7 +13,7 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use radgrad_core::batch::{Answers, Engine};
-use radgrad_core::{DVec3, radiosity, radiosity_and_gradient};
+use radgrad_core::{DVec3, derivatives, evaluate_to, radiosity, radiosity_and_gradient};
 use radgrad_oracle::cubature::{Status, integrate};
 
 use super::clock::{self, Spread};
@@ -59,6 +59,7 @@ fn measured() -> Result<Vec<Ratio>, Box<dyn Error>> {
         ratio("value_over_lambert", &constant, value, &constant, bare),
         ratio("value_gradient_over_value", &constant, both, &constant, value),
         ratio("linear_over_constant", &linear, both, &constant, both),
+        ratio("derivatives_over_value_gradient", &constant, all, &constant, bounded),
     ];
     for (names, cases, tolerance) in [
         (["faster_than_cubature_easy_1e6", "one_faster_than_cubature_easy_1e6"], &easy, 1e-6),
@@ -76,6 +77,19 @@ fn measured() -> Result<Vec<Ratio>, Box<dyn Error>> {
 /// Value and gradient as a user asks for them.
 fn both(case: &Case) -> f64 {
     black_box(radiosity_and_gradient(&case.receiver, &case.emitter)).map_or(f64::NAN, |(value, _)| value)
+}
+
+/// The tolerance to which derivatives are set beside value and gradient.
+const TOLERANCE: f64 = 1e-10;
+
+/// Value and gradient with their bounds.
+fn bounded(case: &Case) -> f64 {
+    black_box(evaluate_to(&case.receiver, &case.emitter, [], TOLERANCE)).map_or(f64::NAN, |answer| answer.radiosity)
+}
+
+/// The same with the derivatives by vertices, emission, normal and reflectance.
+fn all(case: &Case) -> f64 {
+    black_box(derivatives(&case.receiver, &case.emitter, [], TOLERANCE)).map_or(f64::NAN, |found| found.radiosity.value)
 }
 
 /// Pairs of samples, and the shortest sample: many short ones, since a busy machine takes a thread off its core every few

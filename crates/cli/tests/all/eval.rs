@@ -217,6 +217,38 @@ fn a_line_asks_for_digits_for_second_derivatives_or_for_an_estimate() {
 }
 
 #[test]
+fn a_line_asks_for_derivatives_by_everything_that_shapes_it() {
+    let with = |more: &str| CORNER.replacen("\"id\":\"corner\"", &format!("\"id\":\"a\",\"derivatives\":true{more}"), 1);
+    let expression = with("").replace("{\"constant\":1}", "{\"expression\":\"1 + x\"}");
+    let screen = ",\"occluders\":[[[0,0,0.5],[0.3,0,0.5],[0,0.4,0.5]]]";
+    let output = eval_with(&[], &[with(""), with(screen), with(",\"digits\":20"), expression].join("\n"));
+    let [free, hidden, digits, expression] = objects(&output).try_into().unwrap();
+    for answer in [&free, &hidden] {
+        let derivatives = &answer["derivatives"];
+        let list = |name: &str| derivatives[name].as_array().unwrap().clone();
+        let screens = list("occluders");
+        let vertices: Vec<_> =
+            list("vertices").into_iter().chain(screens.iter().flat_map(|s| s.as_array().unwrap().clone())).collect();
+        let gradient = numbers(&answer["gradient"]);
+        for axis in 0..3 {
+            // Moving all is moving the receiver the other way.
+            let sum: f64 = vertices.iter().map(|vertex| numbers(&vertex["value"])[axis]).sum();
+            assert!((sum + gradient[axis]).abs() < 1e-12, "{axis} {sum} {gradient:?}");
+        }
+        let radiosity = answer["radiosity"].as_f64().unwrap();
+        assert!((list("emission")[0]["value"].as_f64().unwrap() - radiosity).abs() < 1e-15);
+        assert!((derivatives["reflectance"]["value"].as_f64().unwrap() - radiosity).abs() < 1e-15);
+        assert!((numbers(&derivatives["normal"]["value"])[2] - radiosity).abs() < 1e-15);
+        assert!(vertices.iter().all(|vertex| vertex["error"].as_f64().unwrap() < 1e-12), "{vertices:?}");
+    }
+    let counts = [&free, &hidden].map(|answer| answer["derivatives"]["occluders"].as_array().unwrap().len());
+    assert_eq!(counts, [0, 1]);
+    let refused =
+        [&digits, &expression].map(|refusal| refusal["error"].as_str().unwrap().contains("derivatives do not go together"));
+    assert_eq!(refused, [true; 2], "{digits} {expression}");
+}
+
+#[test]
 fn second_derivatives_are_asked_for_in_every_line_by_an_argument() {
     let input = [corner("1", 1.0), corner("2", 2.0)].join("\n");
     let answers = objects(&eval_with(&["--hessian"], &input));

@@ -5,6 +5,10 @@
 //! in which it does moves with both: with n, n' the unit normals of occluder and emitter, the normal of the plane through x and that
 //! line is `N = alpha n + beta n'`, and a motion v of its points, which is across the line, has `n.v` from the occluder's vertices and
 //! `n'.v` from the emitter's, `N.v = alpha n.v + beta n'.v`. Each is an affine function on the line, shared between two of its points.
+//!
+//! Where sight is undecided, a region of a known solid angle counts or does not: the derivatives by the emission and by the emitter's plane
+//! change by that times the largest of what they integrate ([`Largest`]), those by edges by what the region's boundary weighs. No bound is
+//! known of those by edges where an occluder meets the emitter's plane, the place of which is then undecided too.
 
 use radgrad_numbers::offset::offset;
 use radgrad_numbers::real::{RadiusOf, Real};
@@ -21,9 +25,9 @@ use crate::forms::affine_weights::{AffineWeight, affine_weights, largest_weight}
 use crate::forms::constant::{EdgeSum, SolidAngleVector};
 use crate::forms::hats::Ends;
 use crate::forms::linear::SeenLinear;
-use crate::forms::polynomial::parameters::{ByParameters, Parameter, Parameters};
+use crate::forms::polynomial::parameters::{ByParameters, Largest, Parameter, Parameters};
 use crate::forms::polynomial::sum::{PolynomialSum, SeenPolynomial};
-use crate::problem::emission::{Emission, Emitter, Linear};
+use crate::problem::emission::Emission;
 use crate::problem::polygon::Polygon;
 use crate::problem::receiver::unit_normal;
 
@@ -90,10 +94,15 @@ impl<T: Real> Sums<T> {
         for (sum, vertex) in moved.vertices[0].iter_mut().zip(vertices) {
             *sum = *sum + vertex;
         }
-        let [by_vertices, by_emission] = [Change::of_vertices(emitter), Change::of_parameters(emitter)]
-            .map(|change| change.bound::<T>(&uncertainty, || largest_weight(&weights, polygon, x, plan.power)));
-        for parameter in &mut emission {
-            parameter.derivative = parameter.derivative.widened(by_emission);
+        let mut by_vertices = 0.0.into();
+        if !uncertainty.is_none() {
+            let weight = largest_weight(&weights, polygon, x, plan.power);
+            let Largest { parameters, slope } = parameters.largest(weight);
+            // Of a weight, which is 1 at least, along the slope and across the plane.
+            by_vertices = uncertainty.solid_angle * slope * weight * 2.02;
+            for (parameter, largest) in emission.iter_mut().zip(parameters) {
+                parameter.derivative = parameter.derivative.widened(uncertainty.solid_angle * largest * 1.01);
+            }
         }
         let sums = Self { irradiance: sum.irradiance(), gradient: sum.gradient(), vertices: Vec::new(), emission };
         Some(sums.with(moved, &uncertainty, by_vertices))
@@ -125,38 +134,6 @@ fn seen<T: Real>(case: &Case<'_>) -> SeenPolynomial<T> {
     match emitter.polynomial() {
         Some(plane) => SeenPolynomial::new(receiver, emitter, plane, plan.power),
         None => SeenPolynomial::linear(SeenLinear::new(receiver, emitter, plan.power), emitter.polygon()),
-    }
-}
-
-/// A change of a derivative by undecided visibility, within the outline.
-enum Change {
-    /// A weight of a vertex times the change of the irradiance of a unit emission.
-    Irradiance,
-    /// The same times the slope of the emission, as in the gradient.
-    Gradient,
-    /// No bound is known.
-    Unbounded,
-}
-
-impl Change {
-    const fn of_vertices(emitter: &Emitter) -> Self {
-        if let Emission::Linear(Linear::AtVertices(_)) = emitter.emission() { Self::Gradient } else { Self::Unbounded }
-    }
-
-    const fn of_parameters(emitter: &Emitter) -> Self {
-        if let Emission::Linear(Linear::AtVertices(_)) = emitter.emission() { Self::Irradiance } else { Self::Unbounded }
-    }
-
-    fn bound<T: Real>(&self, uncertainty: &Uncertainty<RadiusOf<T>>, weight: impl Fn() -> RadiusOf<T>) -> RadiusOf<T> {
-        let zero = 0.0.into();
-        if uncertainty.solid_angle == zero && uncertainty.edges == zero {
-            return zero;
-        }
-        match self {
-            Self::Irradiance => uncertainty.solid_angle * weight() * 1.01,
-            Self::Gradient => uncertainty.gradient * weight() * 1.01,
-            Self::Unbounded => f64::INFINITY.into(),
-        }
     }
 }
 

@@ -15,6 +15,7 @@
 //! `D = psi (v - u).n1` ([`crate::boundary::arc::weight`]). On a whole edge the shares are `(A - D)/|p|` and `(A + D)/|q|`: nothing
 //! cancels, however far it is. Elsewhere one over the angle of the edge is lost.
 
+use radgrad_numbers::arithmetic::Arithmetic;
 use radgrad_numbers::real::Real;
 use radgrad_numbers::series::sine::psi;
 use radgrad_numbers::vec3::Vec3;
@@ -54,7 +55,7 @@ impl<T: Real> Ends<T> {
         if !arc.is_within_a_quarter_turn() {
             return self.shares(past_a_quarter_turn(arc, line, n1));
         }
-        let weights = end_weights(arc, n1);
+        let weights = end_weights(arc, [arc.start.cosine(n1), arc.end.cosine(n1)]);
         if let Generator::Emitter(_) = arc.generator
             && self.is_whole(arc)
         {
@@ -78,13 +79,13 @@ impl<T: Real> Ends<T> {
     }
 }
 
-/// `A - D` and `A + D`.
-fn end_weights<T: Real>(arc: &Arc<T>, n1: Vec3<T>) -> [T; 2] {
+/// `A - D` and `A + D`, given n1 along the directions of the ends.
+#[inline(always)]
+pub(in crate::forms) fn end_weights<T: Arithmetic>(arc: &Arc<T>, [c1, c2]: [T; 2]) -> [T; 2] {
     let product = arc.start.inverse * arc.end.inverse;
     let (sin, cos) = (arc.across * product, arc.inline * product);
-    let one_and_cos = T::exact(1.0) + cos;
-    let [c1, c2] = [arc.start.cosine(n1), arc.end.cosine(n1)];
-    let sum = (arc.angle + sin) / (one_and_cos * T::exact(4.0)) * (c1 + c2);
+    let one_and_cos = cos.like(1.0) + cos;
+    let sum = (arc.angle + sin) / (one_and_cos * cos.like(4.0)) * (c1 + c2);
     let difference = psi(arc.angle, sin, cos, one_and_cos) * (c2 - c1);
     [sum - difference, sum + difference]
 }

@@ -132,6 +132,12 @@ impl Errors {
         is_known.then_some(Self { unit, steepness, beta, height, additions, first: none, second: none })
     }
 
+    /// Bound on the error of X1.
+    #[inline(always)]
+    pub(crate) fn of_x1(&self) -> f64 {
+        SECOND_ORDER * self.unit * self.first.z
+    }
+
     /// Counts one arc more than edges in the sums.
     pub(crate) fn add_arc(&mut self) {
         self.additions += 1.0;

@@ -98,6 +98,12 @@ impl CallerUnits {
         }
     }
 
+    /// The power of two, where it is not far from 1: times numbers of a moderate size it gives numbers that are normal.
+    #[inline]
+    pub(crate) fn moderate(self) -> Option<f64> {
+        (-400..=400).contains(&self.exponent).then(|| self.factor())
+    }
+
     /// Refuses a component that is not finite.
     pub(crate) fn check_finite<const N: usize>(self, components: [f64; N]) -> Result<(), Error> {
         if components.iter().any(|c| c.is_nan()) {

@@ -2,7 +2,7 @@
 
 use serde::ser::{Serialize, SerializeStruct, Serializer};
 
-use super::Id;
+use super::{DerivativesRecord, Id};
 use crate::Error;
 
 /// The output for a case that has an answer.
@@ -36,6 +36,9 @@ pub struct AnswerRecord {
     /// Proven bound on the Frobenius norm of the error of `hessian`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hessian_error: Option<f64>,
+    /// Derivatives by everything that shapes the radiosity, if they were asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub derivatives: Option<DerivativesRecord>,
     /// The method that answered.
     pub method: &'static str,
 }
@@ -52,6 +55,7 @@ impl AnswerRecord {
             gradient_error: answer.gradient_error,
             hessian: None,
             hessian_error: None,
+            derivatives: None,
             method: answer.method.name(),
         }
     }
@@ -77,7 +81,7 @@ impl AnswerRecord {
     }
 }
 
-fn finite(what: &str, value: f64) -> Result<(), Error> {
+pub(super) fn finite(what: &str, value: f64) -> Result<(), Error> {
     if value.is_finite() { Ok(()) } else { Err(Error::NotFinite { what: what.to_owned(), value }) }
 }
 

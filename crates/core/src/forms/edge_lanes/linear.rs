@@ -208,7 +208,7 @@ impl<S: Simd> SeenLinear<f64x4<S>> {
 impl LinearSum<f64> {
     /// As [`LinearSum::add`] for the first `count` lanes, of them those that are visible, where all is sure.
     #[inline(always)]
-    fn add_four<S: Simd, const GRADIENT: bool>(
+    pub(super) fn add_four<S: Simd, const GRADIENT: bool>(
         &mut self,
         simd: S,
         four: &EdgeLanes<S>,

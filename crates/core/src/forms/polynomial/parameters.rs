@@ -12,8 +12,9 @@
 //!
 //! The terms that the edges add as they move are in [`crate::forms::hats`].
 
+use glam::DVec3;
 use radgrad_numbers::offset::offset;
-use radgrad_numbers::real::Real;
+use radgrad_numbers::real::{RadiusOf, Real};
 use radgrad_numbers::vec3::Vec3;
 
 use crate::forms::affine_weights::AffineWeight;
@@ -36,6 +37,14 @@ pub(crate) struct Parameter<T> {
     pub(crate) derivative: T,
     /// Whether it is one by a slope, in the unit of length.
     pub(crate) is_slope: bool,
+}
+
+/// Bounds over the emitter.
+pub(crate) struct Largest<R> {
+    /// On the magnitude of what each parameter of the emission multiplies.
+    pub(crate) parameters: Vec<R>,
+    /// On the length of the emission's gradient.
+    pub(crate) slope: R,
 }
 
 impl<T> Parameter<T> {
@@ -111,6 +120,44 @@ impl<'a, T: Real> Parameters<'a, T> {
             }
         };
         ByParameters { vertices, emission }
+    }
+
+    /// Bounds on what the derivatives integrate, given one on the weights. A polygon's points are between its vertices, in the plane too.
+    pub(crate) fn largest(&self, weight: RadiusOf<T>) -> Largest<RadiusOf<T>> {
+        let (x, polygon) = (self.receiver.position(), self.emitter.polygon());
+        let bound = |c: T| c.size() + c.error();
+        let one = RadiusOf::<T>::from(1.0);
+        let reach = self.axes.map(|axis| {
+            let along = |&vertex: &DVec3| bound(axis.dot(offset(vertex, x, self.power)));
+            // The sum of all, which is not a number where one is not.
+            polygon.vertices().iter().map(along).fold(0.0.into(), |sum: RadiusOf<T>, reach| sum + reach)
+        });
+        let largest = |f: &Bivariate<T>| f.largest_within(reach);
+        let in_plane = largest(&self.slopes[0]) + largest(&self.slopes[1]);
+        match self.emitter.emission() {
+            Emission::Constant(_) | Emission::Linear(Linear::AtVertices(_)) => {
+                Largest { parameters: vec![weight; self.weights.len()], slope: in_plane }
+            }
+            Emission::Linear(Linear::Gradient { gradient, .. }) => {
+                let arm = |&vertex: &DVec3| {
+                    let arm: Vec3<T> = offset(vertex, polygon.vertices()[0], self.power);
+                    bound(arm.x) + bound(arm.y) + bound(arm.z)
+                };
+                let farthest = polygon.vertices().iter().map(arm).fold(0.0.into(), |sum: RadiusOf<T>, arm| sum + arm);
+                let [a, b, c] =
+                    gradient.to_array().map(|c| bound(T::exact(c).scaled(self.emitter.power()).scaled(1.0 / self.power)));
+                Largest { parameters: vec![one, farthest, farthest, farthest], slope: a + b + c }
+            }
+            Emission::Polynomial(_) => {
+                let Some(plane) = self.emitter.polynomial() else { return Largest { parameters: Vec::new(), slope: in_plane } };
+                let (coordinates, _) = plane.precise::<T>(polygon);
+                let around_foot = |f: &Bivariate<T>, emission: f64| coordinates.around_foot(f, x, self.power, emission);
+                let across = around_foot(&plane.slope_across(polygon, &coordinates), self.emitter.power());
+                let across = across.map(|_, _, c| c.scaled(1.0 / self.power));
+                let parameters = plane.monomials(&coordinates).map(|f| largest(&around_foot(&f, 1.0))).collect();
+                Largest { parameters, slope: in_plane + largest(&across) }
+            }
+        }
     }
 
     /// Adds `n2 E[lambda_k n2.G]`.

@@ -2,7 +2,7 @@
 
 use std::ops::{Add, Mul};
 
-use radgrad_numbers::real::Real;
+use radgrad_numbers::real::{RadiusOf, Real};
 
 /// One entry for each `u^i v^j` with `i + j <= degree`, by degree, then by j.
 #[derive(Debug, Clone, PartialEq)]
@@ -135,6 +135,14 @@ impl<T: Real> Bivariate<T> {
             }
         }
         slopes
+    }
+
+    /// Bound on the magnitude for |u| and |v| up to these.
+    pub(crate) fn largest_within(&self, [u, v]: [RadiusOf<T>; 2]) -> RadiusOf<T> {
+        let power = |reach: RadiusOf<T>, exponent: usize| (0..exponent).fold(RadiusOf::<T>::from(1.0), |power, _| power * reach);
+        let terms =
+            exponents(self.degree).zip(&self.entries).map(|((i, j), c)| (c.size() + c.error()) * power(u, i) * power(v, j));
+        terms.fold(0.0.into(), |sum: RadiusOf<T>, term| sum + term)
     }
 
     /// The polynomial at a point.
