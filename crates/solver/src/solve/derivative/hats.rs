@@ -53,10 +53,10 @@ impl Outline {
         let count = self.corners.len();
         let arms: Vec<DVec3> = self.corners.iter().map(|corner| *corner - place).collect();
         let mut hats = vec![0.0; count];
-        for edge in 0..count {
-            let (side, length) = (self.corners[(edge + 1) % count] - self.corners[edge], arms[edge]);
-            let along = -length.dot(side) / side.length_squared();
-            if (-ON_EDGE..=1.0 + ON_EDGE).contains(&along) && (length + side * along).length() <= ON_EDGE * side.length() {
+        for (edge, arm) in arms.iter().enumerate() {
+            let side = self.corners[(edge + 1) % count] - self.corners[edge];
+            let along = -arm.dot(side) / side.length_squared();
+            if (-ON_EDGE..=1.0 + ON_EDGE).contains(&along) && (*arm + side * along).length() <= ON_EDGE * side.length() {
                 on_edge(edge, along.clamp(0.0, 1.0), count).into_iter().for_each(|(vertex, hat)| hats[vertex] += hat);
                 return hats;
             }
