@@ -175,8 +175,8 @@ impl HalfSpace {
         sum(self.normal * corner) - self.offset <= self.slack + level.at(0.0)
     }
 
-    /// How far from its plane a point of a box is at least that counts as off it, less what is computed of the box: all around a level floor is a plain
-    /// of boxes that are not looked into.
+    /// The height up to which every point of a box is level with the plane. The farther the box, the larger it is: so boxes of a level floor are not
+    /// looked into.
     fn level_at_box(&self, low: &Located, high: &Located) -> f64 {
         let Exact::Level(level) = self.exact else { return 0.0 };
         let beyond = (low.q - self.origin.q).max(self.origin.q - high.q).max(DVec3::ZERO);
