@@ -188,7 +188,6 @@ impl Picture {
     pub(crate) fn png(&self, scale: f32) -> Result<Vec<u8>, String> {
         PngBackend::new().with_scale(scale).render_scene(&self.scene)
     }
-
 }
 
 /// The dashes of a line, the last one whole: the plotting crate's own are lost at more than one pixel to a unit.

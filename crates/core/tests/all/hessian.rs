@@ -28,13 +28,7 @@ fn norm(m: DMat3) -> f64 {
 }
 
 /// Central differences of the gradient, to a tolerance, of orders 2, 4, 6 by Richardson's extrapolation.
-fn by_differences(
-    x: DVec3,
-    normal: DVec3,
-    (emitter, occluders): (&Emitter, &[Polygon]),
-    step: f64,
-    tolerance: f64,
-) -> DMat3 {
+fn by_differences(x: DVec3, normal: DVec3, (emitter, occluders): (&Emitter, &[Polygon]), step: f64, tolerance: f64) -> DMat3 {
     let gradient = |x: DVec3| evaluate_to(&receiver_at(x, normal), emitter, occluders, tolerance).unwrap().gradient;
     let along = |axis: DVec3| {
         let central = |step: f64| (gradient(x + axis * step) - gradient(x - axis * step)) / (2.0 * step);
