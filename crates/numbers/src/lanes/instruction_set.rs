@@ -30,12 +30,9 @@ macro_rules! on_instruction_set {
         }
     }};
     ($level:expr, $simd:ident => $call:expr) => {
-        $crate::on_instruction_set!([as_avx512 as_avx2 as_sse2] $level, $simd => $call)
+        $crate::lanes::instruction_set::on_instruction_set!([as_avx512 as_avx2 as_sse2] $level, $simd => $call)
     };
 }
-
-#[doc(hidden)]
-pub use on_instruction_set;
 
 /// As [`on_instruction_set`], for functions that a crate's users call. The unit tests of that crate have it for one set only, as
 /// any gives the same digits, and are not compiled for each: the sets themselves are compared where [`on_instruction_set`] is
@@ -45,17 +42,20 @@ macro_rules! in_library {
     ([$($set:ident)*] $level:expr, $simd:ident => $call:expr) => {{
         #[cfg(test)]
         {
-            $crate::on_instruction_set!([as_sse2] $level, $simd => $call)
+            $crate::lanes::instruction_set::on_instruction_set!([as_sse2] $level, $simd => $call)
         }
         #[cfg(not(test))]
         {
-            $crate::on_instruction_set!([$($set)*] $level, $simd => $call)
+            $crate::lanes::instruction_set::on_instruction_set!([$($set)*] $level, $simd => $call)
         }
     }};
     ($level:expr, $simd:ident => $call:expr) => {
-        $crate::in_library!([as_avx512 as_avx2 as_sse2] $level, $simd => $call)
+        $crate::lanes::instruction_set::in_library!([as_avx512 as_avx2 as_sse2] $level, $simd => $call)
     };
 }
+
+#[doc(hidden)]
+pub use {in_library, on_instruction_set};
 
 /// Calls a function without inlining it, so that the compiler makes one copy for all callers. The function must be `#[inline(always)]`:
 /// then its code uses the instruction set.
