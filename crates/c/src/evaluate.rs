@@ -87,7 +87,6 @@ pub struct Slopes {
 /// `position` and `normal` have three numbers each, `emitter` was made by this library, `slopes` can be written, and `vertices` and
 /// `emission` have room for those numbers.
 #[unsafe(no_mangle)]
-#[expect(clippy::too_many_arguments, reason = "C has no slices")]
 pub unsafe extern "C" fn radgrad_derivatives(
     emitter: *const Emitter,
     position: *const f64,

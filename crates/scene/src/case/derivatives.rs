@@ -56,8 +56,7 @@ impl DerivativesRecord {
         };
         let vectors = record.vertices.iter().chain(record.occluders.iter().flatten()).chain([&record.normal]);
         let numbers = record.emission.iter().chain([&record.reflectance]).map(|derivative| derivative.value);
-        let all = vectors.flat_map(|derivative| derivative.value).chain(numbers);
-        all.map(|value| finite("a derivative", value)).collect::<Result<(), Error>>()?;
+        vectors.flat_map(|derivative| derivative.value).chain(numbers).try_for_each(|value| finite("a derivative", value))?;
         Ok(record)
     }
 }
