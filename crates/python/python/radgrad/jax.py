@@ -45,7 +45,7 @@ def evaluate(
     occluders : sequence of (V_k, 3)
         Polygons that may hide it.
     rtol : float
-        Relative error that is asked for. In single precision, JAX's default, arrays are exact to 1e-7 of themselves: JAX's `jax_enable_x64` gives all digits.
+        Relative error that is asked for. JAX works in single precision by default: set its `jax_enable_x64` for more digits.
 
     Returns
     -------

@@ -17,6 +17,7 @@ use radgrad_scene::Scene;
 use rayon::prelude::*;
 
 use crate::error::Error;
+use crate::field::Field;
 use crate::field::gathering::ratio;
 use crate::links::station::Station;
 use crate::links::visible::{Visible, Window};
@@ -241,10 +242,10 @@ impl Solution {
     }
 
     /// Adds what the nodes of an element receive: direct light on a leaf, light of links on a receiver.
-    fn add_element(&self, asked: &Asked, sums: &mut Sums, sent: &crate::field::Field, index: usize) -> Result<(), Error> {
+    fn add_element(&self, asked: &Asked, sums: &mut Sums, sent: &Field, index: usize) -> Result<(), Error> {
         let (element, basis) = (self.element(index), self.basis(index));
         let direct = self.radiosity.direct.get(index).filter(|_| element.is_leaf());
-        let links = &self.system.links[index];
+        let links = self.system.links.get(index).map_or(&[][..], Vec::as_slice);
         if direct.is_none() && links.is_empty() {
             return Ok(());
         }
