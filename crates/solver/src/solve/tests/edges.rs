@@ -60,27 +60,6 @@ fn beside_the_apex_the_answer_is_far_nearer_than_polynomials_are_and_the_estimat
     }
 }
 
-/// Points of two leaves share sections across their edge: between these, at the ends, and at other distances.
-#[test]
-fn beside_an_edge_a_gather_for_pictures_is_near_the_one_that_shares_nothing() {
-    let solution = solve(&groove(1.0, [0.5, 0.5], [1.0, 1.0]), &Options::default(), |_| true).unwrap();
-    let gathers = solution.picture_gathers();
-    let mut corrected = 0;
-    for y in [0.02, 0.3, 0.37, 0.5, 0.81, 0.97] {
-        for x in [1e-6, 1e-3, 1e-2, 3e-2] {
-            let exact = solution.gather(DVec3::new(x, y, 0.0), DVec3::Z).unwrap();
-            let point = DVec3::new(x, y, 0.0);
-            let found = gathers.gather_on(exact.leaf, solution.placement().inward(point)).unwrap();
-            let error = (found.radiosity[0] - exact.radiosity[0]).abs();
-            assert!(error < 3e-4, "({x}, {y}): {error:e}");
-            // Without its correction the gather lacks more than that.
-            let alone = solution.radiosity_on(exact.leaf, solution.placement().inward(point)).unwrap();
-            corrected += usize::from((alone[0] - exact.radiosity[0]).abs() > 3.0 * error);
-        }
-    }
-    assert!(corrected >= 8, "{corrected}");
-}
-
 /// The light rises to the edge as a power of the distance, and so does its slope.
 #[test]
 fn beside_the_apex_the_gradient_is_that_of_a_finer_solution() {
