@@ -1,6 +1,6 @@
 //! The small setting of the audit, which takes seconds: does shipped code, or the audit itself, give a wrong answer?
 //!
-//! Beside cases of every family it asks what large runs seldom meet: the recorded witnesses of every bound, enclosures of two
+//! Beside cases of every family it asks cases that large runs seldom meet: the recorded witnesses of every bound, enclosures of two
 //! arithmetics against each other and against core's digits, lanes and trees, small scenes; and of the audit itself whether
 //! shards make the whole, and whether a wrong answer, a wrong bound and a figure beyond its gate are seen.
 //!
@@ -79,7 +79,7 @@ pub enum Made {
 /// A check by its name.
 type Check = (&'static str, fn(&Setting<'_>) -> Vec<Wrong>);
 
-/// A check whose findings truth makes: what asks by the setting, or `=` what it tells whatever that is.
+/// A check whose findings truth makes: the part that asks by the setting, or `=` the findings that it tells in any setting.
 macro_rules! by_truth {
     ($name:literal, $check:path) => {
         ($name, |setting| told($name, $check(setting)))
@@ -163,7 +163,7 @@ fn witnesses(setting: &Setting<'_>) -> Vec<Wrong> {
     again("witnesses", &setting.witnesses.iter().collect::<Vec<_>>(), Witness::wrong)
 }
 
-/// The same of what was said by whom.
+/// The same of the records of one answerer.
 fn records(check: &'static str, asked: Asked, setting: &Setting<'_>) -> Vec<Wrong> {
     let of = |record: &&Record| record.of.asks() == asked;
     again(check, &setting.records.iter().filter(of).collect::<Vec<_>>(), Record::wrong)
@@ -458,7 +458,7 @@ fn names_of(families: &[Family], count: u64, seed: u64) -> Vec<Name> {
     families.iter().flat_map(|&family| (0..count).map(move |index| Name { family, seed, index })).collect()
 }
 
-/// Findings with the name of what they are about.
+/// Findings with the name of the thing that they are about.
 fn named(name: impl Display, findings: impl IntoIterator<Item = String>) -> Vec<String> {
     findings.into_iter().map(|finding| format!("{name}: {finding}")).collect()
 }

@@ -55,7 +55,7 @@ fn drawn(s: &mut Sampler, on_integers: bool, most: u32) -> Vec<Vec<DVec3>> {
     screens
 }
 
-/// What a point of a room sees: each surface, and the others that may hide it.
+/// The surfaces that a point of a room sees: each one, and the others that may hide it.
 struct Sky {
     receiver: Receiver,
     surfaces: Vec<(Emitter, Vec<Polygon>)>,
@@ -93,7 +93,7 @@ impl Sky {
     }
 }
 
-/// Contradictions by what a point sees.
+/// Contradictions by the surfaces that a point sees.
 fn of_sky(index: u64, on_integers: bool) -> Result<Vec<String>, Error> {
     let Sky { receiver, surfaces } = Sky::drawn(index, on_integers)?;
     let name = format!("closed:{index}, {}", if on_integers { "on integers" } else { "anywhere" });
@@ -124,15 +124,15 @@ fn of_enclosures(index: u64) -> Result<Vec<String>, Box<dyn std::error::Error>> 
     let Sky { receiver, surfaces } = Sky::drawn(index, on_integers)?;
     let arithmetic = [Arithmetic::DoubleDouble, Arithmetic::Limbs, Arithmetic::DoubleDouble][(index % 3) as usize];
     let digits = [15, 17, 17][(index % 3) as usize];
-    let mut rest = Interval::around_decimal("1", 0.0)?;
+    let mut residual = Interval::around_decimal("1", 0.0)?;
     for (emitter, occluders) in &surfaces {
         let request = Request { digits, arithmetic: Some(arithmetic), budget: 10_000_000 };
         let enclosure = enclose_source_occluded(&receiver, &Source::Emitter(emitter), occluders, &request)?;
-        rest = rest.less(&enclosure.radiosity);
+        residual = residual.less(&enclosure.radiosity);
     }
-    let is_sharp = rest.radius() <= 2.0 * 10f64.powi(-i32::try_from(digits)?) * surfaces.len() as f64;
-    let says_so = rest.contains(0.0) && is_sharp;
-    Ok((!says_so).then(|| format!("closed:{index}, {digits} digits: 1 less all is {rest:?}")).into_iter().collect())
+    let is_sharp = residual.radius() <= 2.0 * 10f64.powi(-i32::try_from(digits)?) * surfaces.len() as f64;
+    let says_so = residual.contains(0.0) && is_sharp;
+    Ok((!says_so).then(|| format!("closed:{index}, {digits} digits: 1 less all is {residual:?}")).into_iter().collect())
 }
 
 /// Contradictions by the form factors of a room with screens that have two sides.

@@ -1,6 +1,6 @@
 //! Stated bounds of closed forms in double precision, beside the bounds that their derivations give, computed a second time.
 //!
-//! Nothing comes near most terms of a derived bound, and a term of a hundredth that is wrong breaks none. But what the derivation says of a
+//! Nothing comes near most terms of a derived bound, and a term of a hundredth that is wrong breaks none. But the derivation's bound of a
 //! case is a number: here it is computed from the tables of symbols in core's documentation, one arc after the other, in plain numbers,
 //! from a boundary that is found anew. Bounds that are stated must be this number, to the rounding of its sum.
 
@@ -193,14 +193,14 @@ fn drawn(s: &mut Sampler, most: u32) -> Result<(Polygon, Receiver), Error> {
     Ok((Polygon::new(vertices)?, receiver))
 }
 
-/// What is said of stated bounds that are not those derived.
+/// The finding about stated bounds that are not those derived.
 fn apart(what: &str, same: f64, stated: [f64; 2], derived: [f64; 2]) -> Option<String> {
     let is_same = |(stated, derived): (f64, f64)| (stated / derived - 1.0).abs() <= same;
     let is_off = !stated.into_iter().zip(derived).all(is_same);
     is_off.then(|| format!("{what}: the bounds {stated:?} are not {derived:?}"))
 }
 
-/// A case: how many bounds were compared, and what is wrong.
+/// A case: how many bounds were compared, and the findings.
 type Told = Result<(usize, Vec<String>), Error>;
 
 fn one_by_one(index: u64) -> Told {
@@ -238,8 +238,8 @@ fn one_by_one(index: u64) -> Told {
 pub fn all_wrong(count: u64) -> Vec<String> {
     let ask = |index: u64| {
         let of_double = lanes::of_precision::<f64>(index, &DOUBLE);
-        let all = [one_by_one(index), of_double, lanes::of_precision::<f32>(index, &SINGLE), Ok(edges::of_pair(index))];
-        all.map(|told| told.unwrap_or_else(|error| (0, vec![format!("derived:{index}: {error}")])))
+        let answers = [one_by_one(index), of_double, lanes::of_precision::<f32>(index, &SINGLE), Ok(edges::of_pair(index))];
+        answers.map(|told| told.unwrap_or_else(|error| (0, vec![format!("derived:{index}: {error}")])))
     };
     let told: Vec<_> = (0..count).into_par_iter().map(ask).collect();
     let compared: [usize; 4] = [0, 1, 2, 3].map(|way| told.iter().map(|told| told[way].0).sum());

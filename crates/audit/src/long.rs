@@ -80,10 +80,10 @@ fn of_ceiling(side: u32, index: u64) -> Result<Vec<String>, Error> {
         for share in [1e-2, 1e-5, 1e-9] {
             let tolerance = share * truth.radiosity;
             let tally = Engine::new().total(&one, &tree, tolerance, &mut answers)?;
-            let off = (answers.radiosity[0] - truth.radiosity).abs();
+            let gap = (answers.radiosity[0] - truth.radiosity).abs();
             let error = answers.radiosity_error[0];
-            if is_worse(off, error + truth.radiosity_error) || is_worse(error, tolerance + 1e-13 * f64::from(side)) {
-                findings.push(format!("ceiling {side}, {far} below, to {tolerance:e}: off by {off:e}, known to {error:e}"));
+            if is_worse(gap, error + truth.radiosity_error) || is_worse(error, tolerance + 1e-13 * f64::from(side)) {
+                findings.push(format!("ceiling {side}, {far} below, to {tolerance:e}: off by {gap:e}, known to {error:e}"));
             }
             let counted = tally.below + tally.behind + tally.weak + tally.together + tally.alone;
             if counted != u64::from(side * side) {

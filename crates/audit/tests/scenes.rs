@@ -68,7 +68,7 @@ fn places(count: u32) -> impl Iterator<Item = [f64; 2]> {
 }
 
 #[test]
-fn at_a_thousand_points_of_scenes_that_are_known_errors_are_within_three_estimates() {
+fn at_four_hundred_points_of_scenes_that_are_known_errors_are_within_three_estimates() {
     // Half of the points at a time, on a core each.
     let hold = |name: &str, half: usize| {
         let mut model = name.parse::<Name>().unwrap().model();
@@ -79,11 +79,11 @@ fn at_a_thousand_points_of_scenes_that_are_known_errors_are_within_three_estimat
             let position = corners[0] + (corners[1] - corners[0]) * s + (corners[3] - corners[0]) * t;
             Probe { part: index % count, position }
         };
-        model.probes = places(1000).enumerate().skip(half).step_by(2).map(probe).collect();
+        model.probes = places(400).enumerate().skip(half).step_by(2).map(probe).collect();
         let outcome = judge(&model, Subject::Solve, &EFFORT);
         assert!(!outcome.fails(&model), "{name}: {:?}", outcome.faults(&model));
         let Ending::Judged(all) = outcome.ending else { panic!("{name} has no answer") };
-        assert!(all.len() > 500 && all.iter().all(|one| one.verdict == Verdict::Held), "{name}: {} points", all.len());
+        assert!(all.len() >= 200 && all.iter().all(|one| one.verdict == Verdict::Held), "{name}: {} points", all.len());
         let widest = all.iter().map(|one| one.statement.stated.size()).fold(0.0, f64::max);
         println!("{name}, degree {:?}: estimates of at most {widest:e}", model.degree);
         assert!(model.exact != Exact::Even(1.0) || widest < 1e-6, "{name}: {widest:e}");

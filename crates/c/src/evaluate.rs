@@ -107,29 +107,29 @@ pub unsafe extern "C" fn radgrad_derivatives(
     let emitter = unsafe { &*emitter }.double.emitter();
     guarded(|| {
         let receiver = Receiver::new(position, normal, reflectance);
-        let found = match receiver.and_then(|receiver| radgrad_core::derivatives(&receiver, emitter, [], tolerance)) {
-            Ok(found) => found,
+        let derivatives = match receiver.and_then(|receiver| radgrad_core::derivatives(&receiver, emitter, [], tolerance)) {
+            Ok(derivatives) => derivatives,
             Err(error) => return Status::from_error(&error),
         };
         let answer = Answer {
-            radiosity: found.radiosity.value,
-            radiosity_error: found.radiosity.error,
-            gradient: found.gradient.value.to_array(),
-            gradient_error: found.gradient.error,
+            radiosity: derivatives.radiosity.value,
+            radiosity_error: derivatives.radiosity.error,
+            gradient: derivatives.gradient.value.to_array(),
+            gradient_error: derivatives.gradient.error,
         };
         let written = Slopes {
             answer,
-            normal: found.normal.value.to_array(),
-            normal_error: found.normal.error,
-            reflectance: found.reflectance.value,
-            reflectance_error: found.reflectance.error,
+            normal: derivatives.normal.value.to_array(),
+            normal_error: derivatives.normal.error,
+            reflectance: derivatives.reflectance.value,
+            reflectance_error: derivatives.reflectance.error,
         };
         let of_vertex = |vertex: &Derivative<DVec3>| [vertex.value.x, vertex.value.y, vertex.value.z, vertex.error];
         // SAFETY: the caller says that all can be written, and has room for so many numbers.
         unsafe {
             *slopes = written;
-            write(vertices, found.vertices.iter().flat_map(of_vertex));
-            write(emission, found.emission.iter().flat_map(|parameter| [parameter.value, parameter.error]));
+            write(vertices, derivatives.vertices.iter().flat_map(of_vertex));
+            write(emission, derivatives.emission.iter().flat_map(|parameter| [parameter.value, parameter.error]));
         }
         Status::RADGRAD_OK
     })

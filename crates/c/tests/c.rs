@@ -117,7 +117,7 @@ fn derivatives_are_those_of_the_library() {
         assert!((0..parameters).all(|k| emission[2 * k + 1] < 1e-12) && emission[2 * parameters].is_nan(), "{emission:?}");
         assert!((slopes.reflectance * 0.5 - slopes.answer.radiosity).abs() < 1e-15 && slopes.normal[2] > 0.0);
         let mut alone = Slopes::default();
-        // SAFETY: the emitter is whole, and what is not wanted is NULL.
+        // SAFETY: the emitter is whole, and lists that are not wanted are NULL.
         let status = unsafe { radgrad_derivatives(lamp, x, n, 0.5, 1e-12, &raw mut alone, null_mut(), null_mut()) };
         assert_eq!((status, alone), (Status::RADGRAD_OK, slopes));
         // SAFETY: nothing is read or written by way of an address that is NULL.

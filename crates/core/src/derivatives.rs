@@ -247,7 +247,7 @@ impl Derivatives {
             return None;
         }
         let albedo = albedo::<f64>(receiver);
-        // What is left of a component that is not normal is rounded by less than the smallest normal number.
+        // A component that is not normal is rounded by less than the smallest normal number.
         let error = |error: f64, factor: f64| error * factor + f64::MIN_POSITIVE;
         let vector = |value: Vec3<f64>, of_value: f64, factor: f64| Derivative {
             value: DVec3::from(value * (albedo * factor)),
@@ -278,12 +278,12 @@ impl Derivatives {
 
     fn zero(receiver: &Receiver, emitter: &Emitter, occluders: &[&Polygon]) -> Self {
         let number = Derivative::<f64>::ZERO;
-        let of = |polygon: &Polygon| vec![Derivative::<DVec3>::ZERO; polygon.vertices().len()];
+        let zeros = |polygon: &Polygon| vec![Derivative::<DVec3>::ZERO; polygon.vertices().len()];
         Self {
             radiosity: number,
             gradient: Derivative::<DVec3>::ZERO,
-            vertices: of(emitter.polygon()),
-            occluders: occluders.iter().map(|occluder| of(occluder)).collect(),
+            vertices: zeros(emitter.polygon()),
+            occluders: occluders.iter().map(|occluder| zeros(occluder)).collect(),
             emission: vec![number; parameter_count(emitter.emission())],
             normal: Derivative::<DVec3>::ZERO,
             reflectance: number,
@@ -364,7 +364,7 @@ mod tests {
     #[test]
     fn what_lanes_find_is_within_its_bounds_of_what_the_ladder_finds() {
         let mut random = ChaCha8Rng::seed_from_u64(59);
-        let (mut found, mut sharp, mut worst, mut longest) = ([0; 2], [0; 2], [0.0f64; 2], 0.0f64);
+        let (mut counts, mut sharp, mut worst, mut longest) = ([0; 2], [0; 2], [0.0f64; 2], 0.0f64);
         for i in 0..4000 {
             let (count, kind) = (3 + i % 2, i / 2 % 2);
             let Some((polygon, receiver, size)) = polygon_and_receiver(&mut random, count, 1.5) else { continue };
@@ -375,8 +375,8 @@ mod tests {
             let Some(ours) = Derivatives::on_lanes(&receiver, &emitter, 1.0) else { continue };
             let plan = Plan::new(&receiver, emitter.polygon()).unwrap();
             let case = Case { receiver: &receiver, emitter: &emitter, occluders: &[], plan: &plan };
-            let (known, method) = to_tolerance(&All, &case, 1e-14).unwrap().unwrap();
-            let theirs = Derivatives::new(&case, known, method);
+            let (components, method) = to_tolerance(&All, &case, 1e-14).unwrap().unwrap();
+            let theirs = Derivatives::new(&case, components, method);
             let share = |off: f64, errors: f64| off / errors;
             let vectors = [(ours.gradient, theirs.gradient), (ours.normal, theirs.normal)];
             let vectors = vectors.into_iter().chain(ours.vertices.iter().copied().zip(theirs.vertices.iter().copied()));
@@ -388,12 +388,12 @@ mod tests {
             for (a, b) in numbers {
                 worst[kind] = worst[kind].max(share((a.value - b.value).abs(), a.error + b.error));
             }
-            found[kind] += 1;
+            counts[kind] += 1;
             sharp[kind] += usize::from(Derivatives::on_lanes(&receiver, &emitter, 1e-11).is_some());
             longest = longest.max(ours.vertices.len() as f64);
         }
-        println!("{found:?} found, {sharp:?} to 1e-11, worst shares of bounds {worst:?}");
-        assert!(found.iter().all(|&n| n > 200) && sharp.iter().all(|&n| n > 100), "{found:?} {sharp:?}");
+        println!("{counts:?} found, {sharp:?} to 1e-11, worst shares of bounds {worst:?}");
+        assert!(counts.iter().all(|&n| n > 200) && sharp.iter().all(|&n| n > 100), "{counts:?} {sharp:?}");
         assert!(worst.iter().all(|&worst| worst < 1.0 && worst > 1e-4) && longest == 4.0, "{worst:?}");
     }
 }

@@ -334,8 +334,8 @@ fn reply(case: &Case, wanted: Wanted) -> Result<Reply, Error> {
     }
     record.check_finite()?;
     if wanted.derivatives {
-        let found = radgrad_core::derivatives(&receiver, &emitter, &occluders, tolerance).map_err(Error::Evaluation)?;
-        record.derivatives = Some(DerivativesRecord::new(&found)?);
+        let derivatives = radgrad_core::derivatives(&receiver, &emitter, &occluders, tolerance).map_err(Error::Evaluation)?;
+        record.derivatives = Some(DerivativesRecord::new(&derivatives)?);
     }
     Ok(Reply::Doubles(record))
 }

@@ -17,7 +17,7 @@ use radgrad_scene::largest;
 /// The error that an evaluation may have at least, per unit of the source's radiosity: some hundred of them are a thousandth off.
 const PRECISE: f64 = 1e-5;
 
-/// The part of the difference between sections of an edge that counts as an error of what is between them.
+/// The part of the difference between sections of an edge that counts as an error of the light between them.
 const BETWEEN: f64 = 0.5;
 
 /// The polynomials on the leaves of a solution, drawn toward their means where they would be negative.
@@ -66,7 +66,7 @@ impl NonNegative<'_> {
     }
 }
 
-/// Gathers for a picture, that share what they have in common.
+/// Gathers for a picture, that share their sections of edges.
 ///
 /// Evaluations are no more precise than a picture is. Beside an edge of two faces a gather lacks light that some eighteen others tell, on a
 /// section across the edge: points of the same two leaves share two such sections, and interpolate.
@@ -118,15 +118,15 @@ impl PictureGathers<'_> {
         Optics { absolute: largest(optics.absolute, PRECISE), past: largest(optics.past, PRECISE), ..optics }
     }
 
-    /// What a gather lacks beside an edge in each channel, with an estimate of the error of that.
+    /// The light that a gather lacks beside an edge in each channel, with an estimate of its error.
     fn lacking(&self, beside: &BesideEdge) -> Result<Option<Vec<[f64; 2]>>, Error> {
-        let known = self.sections.lock().unwrap_or_else(PoisonError::into_inner).get(&beside.leaves).cloned();
-        let sections = match known {
+        let entry = self.sections.lock().unwrap_or_else(PoisonError::into_inner).get(&beside.leaves).cloned();
+        let sections = match entry {
             Some(sections) => sections,
             // Two threads may find the same: they wait for nothing.
             None => {
-                let found = Arc::new(self.solution.shared_sections(beside)?);
-                self.sections.lock().unwrap_or_else(PoisonError::into_inner).entry(beside.leaves).or_insert(found).clone()
+                let pair = Arc::new(self.solution.shared_sections(beside)?);
+                self.sections.lock().unwrap_or_else(PoisonError::into_inner).entry(beside.leaves).or_insert(pair).clone()
             }
         };
         let Some(sections) = &*sections else { return Ok(None) };

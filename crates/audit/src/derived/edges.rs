@@ -49,10 +49,10 @@ impl Edges {
 
     /// The fewest nodes with which a rule errs by no more than is allowed, and how much; `None` if a decision is close.
     fn rule(ellipse: Option<[f64; 2]>, allowed: f64) -> Option<Option<(usize, f64)>> {
-        let Some([radius, most]) = ellipse else { return Some(None) };
+        let Some([radius, largest]) = ellipse else { return Some(None) };
         for nodes in [2, 3, 4, 6, 8, 12, 16] {
             let squared = radius * radius;
-            let bound = 1.01 * 64.0 / 15.0 * most * squared.powi(-nodes) / (1.0 - 1.0 / squared);
+            let bound = 1.01 * 64.0 / 15.0 * largest * squared.powi(-nodes) / (1.0 - 1.0 / squared);
             if (bound / allowed - 1.0).abs() < CLOSE {
                 return None;
             }
@@ -70,8 +70,8 @@ impl Edges {
         let [real, imaginary] = [0.5 * (radius + 1.0 / radius), 0.5 * (radius - 1.0 / radius)];
         let least = (distance - (real - 1.0) * half).powi(2) - (imaginary * half).powi(2);
         let farthest = 4.0 + 2.0 * real * half;
-        let most = 0.5 * (libm::log(least).abs().max(2.0 * libm::log(farthest)) + PI);
-        (distance > 0.0 && least > 0.0).then_some([radius, most])
+        let largest = 0.5 * (libm::log(least).abs().max(2.0 * libm::log(farthest)) + PI);
+        (distance > 0.0 && least > 0.0).then_some([radius, largest])
     }
 
     /// By singular places.
@@ -103,10 +103,10 @@ impl Edges {
             rule = Self::rule(self.by_places(cell, half), allowed)?;
         }
         let Some((nodes, truncated)) = rule else {
-            let left = 2.0 * (to - from) * self.most();
+            let bound = 2.0 * (to - from) * self.most();
             let middle = 0.5 * (from + to);
-            if halvings == MOST_HALVINGS || left <= truncation.max(1e-15) {
-                return Some(left);
+            if halvings == MOST_HALVINGS || bound <= truncation.max(1e-15) {
+                return Some(bound);
             }
             let parts = [[from, middle], [middle, to]].map(|part| self.of_cell(part, halvings + 1, truncation));
             return Some(parts[0]? + parts[1]?);
@@ -199,9 +199,9 @@ pub(super) fn of_pair(index: u64) -> (usize, Vec<String>) {
     let product = edges.lengths[0] * edges.lengths[1];
     let (mut compared, mut told) = (0, Vec::new());
     for truncation in [1e-16, 1e-12, 1e-9, 1e-7] {
-        let [found, stated] = probes::mean_logarithm(edges.a, edges.b, truncation);
+        let [weighted, stated] = probes::mean_logarithm(edges.a, edges.b, truncation);
         let weight = along.dot(beside);
-        let mean = found / weight;
+        let mean = weighted / weight;
         let derived = match kind {
             0 => edges.skew(mean, truncation),
             1 => edges.planar(mean, truncation),
@@ -209,7 +209,7 @@ pub(super) fn of_pair(index: u64) -> (usize, Vec<String>) {
             _ => None,
         };
         let derived = match derived {
-            Some(error) => weight.abs() * error + 4.0 * U * found.abs() * product / weight.abs(),
+            Some(error) => weight.abs() * error + 4.0 * U * weighted.abs() * product / weight.abs(),
             None if kind == 3 => 8.0 * U * product * edges.most(),
             None => continue,
         };

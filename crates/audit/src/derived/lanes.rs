@@ -35,8 +35,8 @@ impl Extent {
             let slant = |point: DVec3| {
                 let of = |(k, a): (usize, &DVec3)| {
                     let e = seen.vertices[(k + 1) % seen.vertices.len()] - *a;
-                    let off = (point - *a).cross(e).length() / e.length_squared();
-                    (off, e.length() / seen.n1.dot(e).abs())
+                    let distance = (point - *a).cross(e).length() / e.length_squared();
+                    (distance, e.length() / seen.n1.dot(e).abs())
                 };
                 // The edge that it is on.
                 let on = seen.vertices.iter().enumerate().map(of).min_by(|a, b| a.0.total_cmp(&b.0));

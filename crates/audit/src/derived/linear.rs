@@ -7,7 +7,7 @@ use radgrad_scene::gauss_legendre;
 
 use super::{Piece, Seen, U, is_narrow};
 
-/// A segment of the boundary in the emitter's plane, with what its terms and their errors are made of.
+/// A segment of the boundary in the emitter's plane, with the numbers that its terms and their errors are made of.
 struct Segment {
     along: DVec3,
     outward: DVec3,

@@ -145,7 +145,7 @@ impl<'a> Tile<'a> {
         (y - self.corner[1]) * self.size[0] + x - self.corner[0]
     }
 
-    /// Draws the pixels of a square that are in the tile, with all but the direct light of lamps where that is known of a larger one.
+    /// Draws the pixels of a square that are in the tile, with all but the direct light of lamps where a larger one has that.
     fn square(&mut self, corner: [usize; 2], side: usize, known: Option<&[Light]>) -> Result<(), Failure> {
         let end = [0, 1].map(|k| (corner[k] + side).min(self.corner[k] + self.size[k]));
         if corner[0] >= end[0] || corner[1] >= end[1] {
@@ -164,9 +164,9 @@ impl<'a> Tile<'a> {
             return Ok(());
         }
         let may_share = |layer: usize| is_whole && faces.len() <= FACES && side <= LARGEST[layer];
-        let found = if known.is_none() && may_share(REST) { self.shared(REST, (corner, side), &faces, &[])? } else { None };
-        let known = known.or(found.as_deref());
-        if let Some(rest) = known.filter(|_| may_share(LAMPS))
+        let fresh = if known.is_none() && may_share(REST) { self.shared(REST, (corner, side), &faces, &[])? } else { None };
+        let indirect = known.or(fresh.as_deref());
+        if let Some(rest) = indirect.filter(|_| may_share(LAMPS))
             && let Some(lamps) = self.shared(LAMPS, (corner, side), &faces, rest)?
         {
             for at in (0..side * side).map(|k| [corner[0] + k % side, corner[1] + k / side]) {
@@ -174,7 +174,7 @@ impl<'a> Tile<'a> {
                 self.pixels[index] = self.shown(at, |_, face, middle| {
                     let mut pixel = Pixel::dark(self.scene.solution.channels().len());
                     for light in rest.iter().chain(&lamps).filter(|light| light.face == face) {
-                        pixel.add(&light.at(middle), 1.0);
+                        pixel.add(&light.pixel(middle), 1.0);
                     }
                     Ok(Some(pixel))
                 })?;
@@ -183,12 +183,12 @@ impl<'a> Tile<'a> {
         }
         let half = side / 2;
         for [x, y] in [[0, 0], [half, 0], [0, half], [half, half]] {
-            self.square([corner[0] + x, corner[1] + y], half, known)?;
+            self.square([corner[0] + x, corner[1] + y], half, indirect)?;
         }
         Ok(())
     }
 
-    /// The light of a layer on each face that a square shows, if it can be shared; beside what is known of the other layer.
+    /// The light of a layer on each face that a square shows, if it can be shared; beside the known light of the other layer.
     fn shared(
         &mut self,
         layer: usize,
@@ -198,12 +198,12 @@ impl<'a> Tile<'a> {
     ) -> Result<Option<Vec<Light>>, Failure> {
         let mut shared = Vec::with_capacity(faces.len());
         for &face in faces {
-            let found = match self.grid(layer, (corner, side), face)? {
+            let light = match self.grid(layer, (corner, side), face)? {
                 None => self.plane(layer, (corner, side), face)?,
-                found => found,
+                light => light,
             };
             let below = rest.iter().filter(|light| light.face == face).flat_map(|light| &light.values);
-            match found.and_then(|found| found.near(self.scene.solution.mean(), below)) {
+            match light.and_then(|light| light.near(self.scene.solution.mean(), below)) {
                 Some(light) => shared.push(light),
                 None => return Ok(None),
             }
@@ -218,16 +218,16 @@ impl<'a> Tile<'a> {
         let mut values = Vec::with_capacity(count * count);
         for at in (0..count * count).map(|k| [corner[0] + k % count * step, corner[1] + k / count * step]) {
             let key = (at[0], at[1], face);
-            let known = match self.corners[layer].get(&key) {
-                Some(known) => known.clone(),
-                // Two pixels are the least square, and take only values that were found for a larger one.
+            let value = match self.corners[layer].get(&key) {
+                Some(value) => value.clone(),
+                // Two pixels are the least square, and take only values that a larger one has.
                 None if side == 2 => None,
                 None => {
-                    let found = self.light(layer, at.map(|place| place as f64), face)?;
-                    self.corners[layer].entry(key).or_insert(found).clone()
+                    let light = self.light(layer, at.map(|place| place as f64), face)?;
+                    self.corners[layer].entry(key).or_insert(light).clone()
                 }
             };
-            match known {
+            match value {
                 Some(value) => values.push(value),
                 None => return Ok(None),
             }
@@ -260,16 +260,16 @@ impl<'a> Tile<'a> {
         Ok(Some(Light { face, places: Places::Plane(places), values, off: Vec::new() }))
     }
 
-    /// Each face of a pixel, gathered in the middle of the places where rays meet it; but for what is known.
+    /// Each face of a pixel, gathered in the middle of the places where rays meet it; but for light that is known.
     fn pixel(&mut self, at: [usize; 2], known: &[Light]) -> Result<(), Failure> {
         let index = self.index(at);
         self.pixels[index] = self.shown(at, |at, face, middle| {
             let Some((_, mut pixel)) = self.in_pixel(LAMPS, at, face)? else { return Ok(None) };
             match known.iter().find(|light| light.face == face) {
-                Some(light) => pixel.add(&light.at(middle), 1.0),
+                Some(light) => pixel.add(&light.pixel(middle), 1.0),
                 None => {
-                    let rest = self.in_pixel(REST, at, face)?;
-                    rest.iter().for_each(|(_, rest)| pixel.add(rest, 1.0));
+                    let indirect = self.in_pixel(REST, at, face)?;
+                    indirect.iter().for_each(|(_, light)| pixel.add(light, 1.0));
                 }
             }
             Ok(Some(pixel))
@@ -334,58 +334,58 @@ impl<'a> Tile<'a> {
         if layer == LAMPS {
             return Ok(Some(lamps));
         }
-        let mut rest = gathered(solution, leaf, gathers.gather_on(leaf, point)?);
-        let less = |all: &mut [f64], part: &[f64]| all.iter_mut().zip(part).for_each(|(all, part)| *all -= part);
-        less(&mut rest.radiosity, &lamps.radiosity);
-        less(&mut rest.irradiance, &lamps.irradiance);
-        Ok(Some(rest))
+        let mut indirect = gathered(solution, leaf, gathers.gather_on(leaf, point)?);
+        let less = |whole: &mut [f64], part: &[f64]| whole.iter_mut().zip(part).for_each(|(whole, part)| *whole -= part);
+        less(&mut indirect.radiosity, &lamps.radiosity);
+        less(&mut indirect.irradiance, &lamps.irradiance);
+        Ok(Some(indirect))
     }
 }
 
 impl Light {
-    /// With how far it is off, if that is little beside its least value, with that of what is below it, and the mean.
+    /// With how far it is off, if that is little beside its least value, with that of the light below it, and the mean.
     fn near<'b>(mut self, means: &[f64], below: impl Iterator<Item = &'b Pixel> + Clone) -> Option<Self> {
         let part = if matches!(self.places, Places::Plane(_)) { PLANE * OFF } else { OFF };
         for (channel, mean) in means.iter().enumerate() {
-            let of = |pixel: &Pixel| pixel.radiosity[channel];
-            let least = self.values.iter().map(of).fold(f64::INFINITY, smallest);
-            let under = below.clone().map(of).reduce(smallest).unwrap_or(0.0);
-            let off = self.off(channel);
-            let is_within = off <= part * ((least + under).abs() + DARK * mean);
+            let radiosity = |pixel: &Pixel| pixel.radiosity[channel];
+            let least = self.values.iter().map(radiosity).fold(f64::INFINITY, smallest);
+            let under = below.clone().map(radiosity).reduce(smallest).unwrap_or(0.0);
+            let misfit = self.misfit(channel);
+            let is_within = misfit <= part * ((least + under).abs() + DARK * mean);
             if !is_within {
                 return None;
             }
-            self.off.push(off);
+            self.off.push(misfit);
         }
         Some(self)
     }
 
     /// The largest distance in a channel of values from a plane, or of those inside a square from the means of those at its corners; of a square
     /// of corners alone a quarter of their differences.
-    fn off(&self, channel: usize) -> f64 {
+    fn misfit(&self, channel: usize) -> f64 {
         let value = |k: usize| self.values[k].radiosity[channel];
-        let all = || (0..self.values.len()).map(value);
+        let values = || (0..self.values.len()).map(value);
         match &self.places {
             Places::Grid { count: 3, .. } => {
                 let inside = [(1, &[0, 2][..]), (3, &[0, 6]), (5, &[2, 8]), (7, &[6, 8]), (4, &[0, 2, 6, 8])];
-                let off = |(middle, around): (usize, &[usize])| {
+                let distance = |(middle, around): (usize, &[usize])| {
                     (value(middle) - around.iter().map(|&k| value(k)).sum::<f64>() / around.len() as f64).abs()
                 };
-                inside.map(off).into_iter().fold(0.0, largest)
+                inside.map(distance).into_iter().fold(0.0, largest)
             }
-            Places::Grid { .. } => 0.25 * (all().fold(f64::NEG_INFINITY, largest) - all().fold(f64::INFINITY, smallest)),
+            Places::Grid { .. } => 0.25 * (values().fold(f64::NEG_INFINITY, largest) - values().fold(f64::INFINITY, smallest)),
             Places::Plane(places) => {
-                let off = |(k, place): (usize, &[f64; 2])| {
+                let distance = |(k, place): (usize, &[f64; 2])| {
                     let fit: f64 = self.weights(*place).into_iter().map(|(at, weight)| weight * value(at)).sum();
                     (fit - value(k)).abs()
                 };
-                places.iter().enumerate().map(off).fold(0.0, largest)
+                places.iter().enumerate().map(distance).fold(0.0, largest)
             }
         }
     }
 
     /// Its values at a place of the picture, with how far they are off.
-    fn at(&self, place: [f64; 2]) -> Pixel {
+    fn pixel(&self, place: [f64; 2]) -> Pixel {
         let mut pixel = Pixel::dark(self.off.len());
         self.weights(place).into_iter().for_each(|(k, weight)| pixel.add(&self.values[k], weight));
         pixel.estimate.iter_mut().zip(&self.off).for_each(|(estimate, off)| *estimate += off);
@@ -409,7 +409,7 @@ impl Light {
                 let from_centre = |k: usize| [places[k][0] - centre[0], places[k][1] - centre[1]];
                 let sum = |of: fn([f64; 2]) -> f64| (0..places.len()).map(|k| of(from_centre(k))).sum::<f64>();
                 let [xx, xy, yy] = [sum(|[x, _]| x * x), sum(|[x, y]| x * y), sum(|[_, y]| y * y)];
-                // In a line, they tell nothing of what is across it.
+                // In a line, they tell nothing of light across it.
                 let little = STEEP * (xx + yy);
                 let [xx, yy] = [xx + little, yy + little];
                 let det = xx * yy - xy * xy;

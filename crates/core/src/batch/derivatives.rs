@@ -37,9 +37,9 @@ impl Engine {
         crate::ladder::components::within_reach(tolerance)?;
         let occluders: Vec<&Polygon> = occluders.into_iter().collect();
         self.each_derivatives(receivers, &|index| {
-            let found = receivers.receiver(index);
-            let found = found.and_then(|receiver| derivatives(&receiver, emitter, occluders.iter().copied(), tolerance));
-            found.map_err(|error| Error::InBatch { index, error: Box::new(error) })
+            let receiver = receivers.receiver(index);
+            let slopes = receiver.and_then(|receiver| derivatives(&receiver, emitter, occluders.iter().copied(), tolerance));
+            slopes.map_err(|error| Error::InBatch { index, error: Box::new(error) })
         })
     }
 
@@ -52,8 +52,8 @@ impl Engine {
         if self.threads {
             use rayon::prelude::*;
             // All, so that the first that is refused is told, on however many threads.
-            let found: Vec<_> = (0..receivers.count()).into_par_iter().map(one).collect();
-            return found.into_iter().collect();
+            let slopes: Vec<_> = (0..receivers.count()).into_par_iter().map(one).collect();
+            return slopes.into_iter().collect();
         }
         (0..receivers.count()).map(one).collect()
     }

@@ -7,7 +7,7 @@
 //! `n'.v` from the emitter's, `N.v = alpha n.v + beta n'.v`. Each is an affine function on the line, shared between two of its points.
 //!
 //! Where sight is undecided, a region of a known solid angle counts or does not: the derivatives by the emission and by the emitter's plane
-//! change by that times the largest of what they integrate ([`Largest`]), those by edges by what the region's boundary weighs. No bound is
+//! change by that times their largest integrand ([`Largest`]), those by edges by the weight of the region's boundary. No bound is
 //! known of those by edges where an occluder meets the emitter's plane, the place of which is then undecided too.
 
 use radgrad_numbers::offset::offset;

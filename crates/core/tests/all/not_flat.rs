@@ -188,9 +188,9 @@ fn digits_that_the_input_does_not_have_are_not_computed() {
             let value = evaluate_value(&receiver, &lamp, [], Tolerance { relative: 0.0, absolute: 0.0 }).unwrap();
             assert_ne!(answer.method, Method::ArbitraryPrecision, "{defect:e}");
             assert_ne!(value.method, Method::ArbitraryPrecision, "{defect:e}");
-            // A hundred times the defect is what such a surface may change.
-            let most = 100.0 * lamp.polygon().planarity_defect() + 1e-15;
-            assert!(answer.radiosity_error < most && value.radiosity_error < most, "{defect:e}: {answer:?}");
+            // Such a surface may change the answer by a hundred times the defect.
+            let limit = 100.0 * lamp.polygon().planarity_defect() + 1e-15;
+            assert!(answer.radiosity_error < limit && value.radiosity_error < limit, "{defect:e}: {answer:?}");
         }
     }
 }

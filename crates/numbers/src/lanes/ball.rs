@@ -1,4 +1,4 @@
-//! Numbers with running error bounds, four at a time, one a lane: what [`crate::ball`] is to a double.
+//! Numbers with running error bounds, four at a time, one a lane, as [`crate::ball`] has them for a double.
 //!
 //! The bounds are those of its operations, but for the rounding of the radii themselves: no chain of operations here is 2^20 long, and each
 //! loses at most eight roundings, so that [`LaneBall::sum_of_first`] pays for all of them with one factor. A radius is not a number, or
@@ -23,7 +23,7 @@ pub struct LaneBall<S: Simd> {
 /// Pays for the rounding of radii.
 const UP: f64 = 1.0 + 1e-8;
 
-/// What a result below the normal range is off by, at most.
+/// The largest error of a result below the normal range.
 const TINY: f64 = f64::MIN_POSITIVE;
 
 /// Error of the library's functions, in units of roundoff.
@@ -98,9 +98,9 @@ impl<S: Simd> LaneBall<S> {
     /// `q = |a - a'|/a` up to 1/11.
     #[inline(always)]
     pub fn half_logarithm(self, middle: f64x4<S>) -> Self {
-        let off = self.radius / self.middle;
-        let radius = off * 0.55 + middle.abs() * (LIBRARY * ROUNDOFF) + TINY;
-        Self::bounded_where(off.like(0.09).exceeds(off), middle, radius)
+        let ratio = self.radius / self.middle;
+        let radius = ratio * 0.55 + middle.abs() * (LIBRARY * ROUNDOFF) + TINY;
+        Self::bounded_where(ratio.like(0.09).exceeds(ratio), middle, radius)
     }
 
     #[inline(always)]
@@ -167,23 +167,23 @@ mod tests {
     use crate::double_double::DoubleDouble;
     use crate::on_instruction_set;
 
-    /// What of the results, as balls on doubles and on lanes, and their exact value for numbers inside, as far as double-doubles go.
+    /// Compares the results, as balls on lanes, with their exact values for numbers inside, as far as double-doubles go.
     fn check([(a, ra, x), (b, rb, y)]: [(f64, f64, f64); 2]) {
         let exact = |number: f64| DoubleDouble::from(number);
         let truths = [exact(x) + exact(y), exact(x) - exact(y), exact(x) * exact(y), exact(x).divided_by(exact(y))];
-        let found = on_instruction_set!(Level::new(), simd => {
+        let results = on_instruction_set!(Level::new(), simd => {
             let [p, q] = [(a, ra), (b, rb)].map(|(middle, radius)| LaneBall::splat(simd, Ball::approximate(middle, radius)));
             Some([p + q, p - q, p * q, p / q, p.sqrt(), q.sqrt()].map(|result| (result.middle()[0], result.error()[0])))
         });
-        let found = found.unwrap();
-        for ((middle, error), truth) in found.iter().zip(truths) {
-            let off = (exact(*middle) - truth).hi.abs();
+        let results = results.unwrap();
+        for ((middle, error), truth) in results.iter().zip(truths) {
+            let deviation = (exact(*middle) - truth).hi.abs();
             assert!(
-                off <= *error * (1.0 + 1e-9) || error.is_infinite(),
+                deviation <= *error * (1.0 + 1e-9) || error.is_infinite(),
                 "{a} {ra} {x}, {b} {rb} {y}: {middle} {error:e} {truth:?}"
             );
         }
-        for ((middle, error), truth) in found[4..].iter().zip([x, y]) {
+        for ((middle, error), truth) in results[4..].iter().zip([x, y]) {
             assert!(
                 (middle - truth.max(0.0).sqrt()).abs() <= error + 2.0 * ROUNDOFF * middle || !error.is_finite(),
                 "{truth} {middle} {error:e}"
@@ -208,12 +208,12 @@ mod tests {
 
     #[test]
     fn what_reaches_0_bounds_nothing_and_a_sum_counts_its_lanes() {
-        let found = on_instruction_set!(Level::new(), simd => {
+        let results = on_instruction_set!(Level::new(), simd => {
             let one = LaneBall::splat(simd, Ball::approximate(1.0, 0.0));
             let zero = LaneBall::splat(simd, Ball::approximate(1e-3, 1e-2));
             Some(([(one / zero).error()[0], zero.sqrt().error()[0]], [3, 4].map(|count| one.sum_of_first(count))))
         });
-        let (errors, sums) = found.unwrap();
+        let (errors, sums) = results.unwrap();
         assert_eq!(errors, [f64::INFINITY; 2]);
         assert_eq!(sums.map(Real::value), [3.0, 4.0]);
         assert!(sums.iter().all(|sum| sum.error() > 8.0 * ROUNDOFF && sum.error() < 16.0 * ROUNDOFF));

@@ -110,7 +110,7 @@ impl FormFactors<'_> {
     }
 }
 
-/// Bytes of a pair, and of what comes before the pairs.
+/// Bytes of a pair, and of the header before the pairs.
 const PAIR: usize = 52;
 const HEAD: usize = 16;
 

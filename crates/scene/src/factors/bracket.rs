@@ -108,7 +108,7 @@ pub(super) struct Search<'a> {
     open: BinaryHeap<Box<Mixed>>,
     /// Pairs too small to be cut.
     stuck: Vec<Mixed>,
-    /// Bound on what cuts moved.
+    /// Bound on the area that cuts moved.
     moved: f64,
     /// Screens whose edges were displaced.
     displaced: Vec<u32>,
@@ -144,7 +144,7 @@ impl<'a> Search<'a> {
         self.between.accuracy = accuracy;
     }
 
-    /// What may be between the faces.
+    /// The screens that may be between the faces.
     pub(super) fn screens(&self) -> &[&'a Screen] {
         &self.between.screens
     }
@@ -164,7 +164,7 @@ impl<'a> Search<'a> {
             let cut = division.heights.as_ref().map(|heights| whole.cut(heights, plane));
             let is_cut = |parts: &[Option<Cell>; 2]| parts.iter().flatten().all(|part| part.area < whole.area);
             let parts = cut.filter(is_cut).unwrap_or_else(|| whole.halves(division.across, plane));
-            // What the cut moves exchanges at most its area.
+            // The part that the cut moves exchanges at most its area.
             let moved = 2.0 * NEAR * whole.perimeter();
             self.moved += moved;
             if !is_cut(&parts) {
@@ -202,7 +202,7 @@ impl<'a> Search<'a> {
         Bracket { least, most: larger(most, least) }
     }
 
-    /// What the pairs that are surely seen exchange.
+    /// The exchange of the pairs that are surely seen.
     pub(super) const fn seen(&self) -> f64 {
         self.seen.area
     }

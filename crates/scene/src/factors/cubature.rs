@@ -94,7 +94,7 @@ struct Piece {
     /// Which of the sights it belongs to.
     sight: usize,
     patch: Patch,
-    /// What may hide a part.
+    /// The hiders of a part.
     hiders: Vec<Hider>,
     fine: f64,
     difference: f64,
@@ -121,7 +121,7 @@ impl Sight<'_> {
 }
 
 impl FormFactors<'_> {
-    /// What pairs of cells of two faces exchange.
+    /// The exchange of pairs of cells of two faces.
     pub(super) fn integrate<'a>(
         &self,
         faces: [usize; 2],

@@ -174,7 +174,7 @@ impl Glance {
                 if self.values.iter().all(|&v| v >= 0.0) {
                     continue;
                 }
-                // What is inside the last side is hidden.
+                // The part inside the last side is hidden.
                 let goes_on = k + 1 < self.sides.len();
                 self.rest.clear();
                 let count = inner.len();

@@ -50,7 +50,7 @@ pub(super) struct Neighbours {
     edges: Vec<Vec<Edge>>,
 }
 
-/// An edge of a screen, and what is beyond it.
+/// An edge of a screen, and the screens that share it.
 #[derive(Debug, Clone)]
 struct Edge {
     ends: [DVec3; 2],

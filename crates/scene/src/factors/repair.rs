@@ -30,7 +30,7 @@ pub struct Repaired {
     pub closure: f64,
 }
 
-/// What a row may lack at the end, over its area: the roundings of its sum.
+/// The share that a row may lack at the end, over its area: the roundings of its sum.
 const ENOUGH: f64 = 1e-14;
 
 /// Steps of Newton's method, and of conjugate gradients in each.
@@ -148,7 +148,7 @@ impl FactorMatrix {
         self.pairs.iter().zip(before).zip(limits).map(of).unzip()
     }
 
-    /// What each row lacks of its area.
+    /// The part of its area that each row lacks.
     fn lacking(&self, exchanges: &[f64]) -> Vec<f64> {
         let mut lacking = vec![0.0; self.scaled_areas.len()];
         self.faces().iter().for_each(|&face| lacking[face] = self.scaled_areas[face]);

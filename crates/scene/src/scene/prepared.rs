@@ -240,8 +240,8 @@ impl Scene {
     fn unlit(&self, index: &Occluders) -> Vec<Warning> {
         let exchanging: Vec<usize> = (0..self.faces.len()).filter(|&face| self.exchanges(face)).collect();
         // Asked of few faces mostly: of lamps, and of a surface until one of its faces sees another.
-        let known: Vec<OnceCell<bool>> = vec![OnceCell::new(); self.faces.len()];
-        let is_blind = |&face: &usize| *known[face].get_or_init(|| !index.faces_any(face, |other| self.exchanges(other)));
+        let blindness: Vec<OnceCell<bool>> = vec![OnceCell::new(); self.faces.len()];
+        let is_blind = |&face: &usize| *blindness[face].get_or_init(|| !index.faces_any(face, |other| self.exchanges(other)));
         let emits = |face: usize| (0..self.channels.len()).any(|channel| self.mean_over(face, Quantity::Radiance, channel) > 0.0);
         let lamps: Vec<usize> = exchanging.iter().copied().filter(|&face| emits(face)).collect();
         let mut warnings = Vec::new();

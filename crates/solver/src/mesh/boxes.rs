@@ -27,10 +27,10 @@ struct Node {
 
 impl<'a> Boxes<'a> {
     pub(super) fn new(boxes: &'a [[DVec3; 2]]) -> Self {
-        let mut found = Self { boxes, order: (0..boxes.len()).collect(), nodes: Vec::new() };
-        let mut order = std::mem::take(&mut found.order);
-        found.divide(&mut order, 0);
-        Self { order, ..found }
+        let mut tree = Self { boxes, order: (0..boxes.len()).collect(), nodes: Vec::new() };
+        let mut order = std::mem::take(&mut tree.order);
+        tree.divide(&mut order, 0);
+        Self { order, ..tree }
     }
 
     fn divide(&mut self, order: &mut [usize], first: usize) {
@@ -48,15 +48,15 @@ impl<'a> Boxes<'a> {
         let [low, high] = order.iter().map(|&at| [middle(at); 2]).fold(none, join);
         let (axis, half) = ((high - low).max_position(), order.len() / 2);
         order.select_nth_unstable_by(half, |&a, &b| middle(a)[axis].total_cmp(&middle(b)[axis]));
-        let (left, right) = order.split_at_mut(half);
-        self.divide(left, first);
+        let (lower, upper) = order.split_at_mut(half);
+        self.divide(lower, first);
         self.nodes[node].second = Some(self.nodes.len());
-        self.divide(right, first + half);
+        self.divide(upper, first + half);
     }
 
     /// Those whose box, wider by `part` of its longest side on every side, may meet a box that is wider by `own`, ascending, with some others.
     pub(super) fn near(&self, [low, high]: [DVec3; 2], own: f64, part: f64) -> Vec<usize> {
-        let (mut found, mut open) = (Vec::new(), vec![0]);
+        let (mut hits, mut open) = (Vec::new(), vec![0]);
         while let Some(at) = open.pop() {
             let Node { around: [from, to], longest, range, second } = &self.nodes[at];
             let reach = DVec3::splat(own + part * longest);
@@ -65,11 +65,11 @@ impl<'a> Boxes<'a> {
             }
             match second {
                 Some(second) => open.extend([at + 1, *second]),
-                None => found.extend_from_slice(&self.order[range.clone()]),
+                None => hits.extend_from_slice(&self.order[range.clone()]),
             }
         }
-        found.sort_unstable();
-        found
+        hits.sort_unstable();
+        hits
     }
 }
 
@@ -94,14 +94,14 @@ mod tests {
         let (mut met, mut looked_at) = (0, 0);
         for own in &boxes {
             for part in [0.0, 0.8] {
-                let found = index.near(*own, 1e-9, part);
-                assert!(found.is_sorted());
-                looked_at += found.len();
+                let hits = index.near(*own, 1e-9, part);
+                assert!(hits.is_sorted());
+                looked_at += hits.len();
                 for (other, [from, to]) in boxes.iter().enumerate() {
                     let reach = DVec3::splat(largest(1e-9, part * (*to - *from).max_element()));
                     if from.cmple(own[1] + reach).all() && to.cmpge(own[0] - reach).all() {
                         met += 1;
-                        assert!(found.binary_search(&other).is_ok(), "{own:?} {other}");
+                        assert!(hits.binary_search(&other).is_ok(), "{own:?} {other}");
                     }
                 }
             }

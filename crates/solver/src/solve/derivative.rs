@@ -84,8 +84,8 @@ struct View {
 }
 
 impl Derivative {
-    /// Of nothing.
-    fn of(scene: &Scene, channels: usize) -> Self {
+    /// The derivative of a sum of nothing.
+    fn nothing(scene: &Scene, channels: usize) -> Self {
         let by_face = vec![vec![0.0; channels]; scene.faces().len()];
         let none = vec![0.0; channels];
         Self { value: none.clone(), emission: by_face.clone(), reflectance: by_face, relative_estimate: none }
@@ -116,14 +116,14 @@ impl Solution {
     /// # Errors
     /// If weights are not one for each surface and channel or not finite, a point is nowhere, or the importance does not settle.
     pub fn derivative(&self, scene: &Scene, sum: &WeightedSum) -> Result<Derivative, Error> {
-        let mut derivative = Derivative::of(scene, self.channels().len());
+        let mut derivative = Derivative::nothing(scene, self.channels().len());
         let (importance, _) = self.importance_with_views(scene, sum, &mut derivative)?;
         let again = self.add_reflected(&importance, &mut derivative);
         derivative.relative_estimate = self.relative_estimates(&derivative, &again);
         Ok(derivative)
     }
 
-    /// The importance of a sum, whose value and derivatives by the light that comes at once are added, and what its points gather.
+    /// The importance of a sum, whose value and derivatives by the light that comes at once are added, and the views of its points.
     fn importance_with_views(
         &self,
         scene: &Scene,
@@ -192,7 +192,7 @@ impl Solution {
         }
     }
 
-    /// What a point of a sum gathers.
+    /// The light that a point of a sum gathers.
     fn view(&self, point: &WeightedPoint) -> Result<View, Error> {
         let (mesh, channels) = (&self.system.mesh, self.channels().len());
         match self.leaf_of(point.position, point.normal) {
@@ -274,7 +274,7 @@ impl Solution {
         let leaves: Vec<usize> = mesh.leaves().collect();
         let faces = &mut derivative.emission;
         let of_lamps: Vec<usize> = lamps.iter().map(|&root| mesh.elements()[root].face()).collect();
-        // What each receiver gathers of the importance and of the light, once for all leaves below it.
+        // The importance and the light that each receiver gathers, once for all leaves below it.
         let received = |receiver: usize| {
             let of_channel =
                 |channel| [&importance.sent, &self.radiosity.field].map(|light| self.gathered_by(receiver, light, channel));

@@ -229,7 +229,7 @@ impl Solution {
         self.gather_by(&self.optics(), (leaf, point), lacking)
     }
 
-    /// The same by these optics, with what it lacks beside an edge of another face.
+    /// The same by these optics, with the light that it lacks beside an edge of another face.
     pub(crate) fn gather_by(
         &self,
         optics: &Optics<'_>,
@@ -389,12 +389,12 @@ impl Solution {
             truncation
         };
         let without_sign = || KnownError { known: vec![0.0; channels], left: without_sign() };
-        let KnownError { known, left: estimated } =
+        let KnownError { known: correction, left: estimated } =
             self.error_at(station, terms(rows, sights), far, beside).unwrap_or_else(without_sign);
-        let rounding = |c: usize| 2.0 * f64::EPSILON * (rows.len() + 2) as f64 * (sums[c].abs() + known[c].abs());
+        let rounding = |c: usize| 2.0 * f64::EPSILON * (rows.len() + 2) as f64 * (sums[c].abs() + correction[c].abs());
         let total_estimate = |c: usize| estimated[c] + errors[c] + Ledger { computation: rounding(c), ..Ledger::default() };
         let estimate = (0..channels).map(total_estimate).collect();
-        let irradiance = sums.iter().zip(&known).map(|(sum, known)| sum + known).collect();
+        let irradiance = sums.iter().zip(&correction).map(|(sum, correction)| sum + correction).collect();
         Irradiance { irradiance, estimate }.not_below_zero()
     }
 }

@@ -130,7 +130,7 @@ impl Solution {
         self.with_direct(self.brought_down(&gathered, receiver, leaf), leaf, channel)
     }
 
-    /// What a leaf gathers, with the light of lamps that are kept apart.
+    /// The light that a leaf gathers, with the light of lamps that are kept apart.
     pub(super) fn with_direct(&self, mut gathered: Vec<f64>, leaf: usize, channel: usize) -> Vec<f64> {
         if !self.radiosity.direct.is_empty() {
             gathered.iter_mut().zip(self.direct_irradiance(leaf, channel)).for_each(|(h, direct)| *h += direct);
@@ -138,7 +138,7 @@ impl Solution {
         gathered
     }
 
-    /// What a receiver gathers of a light, as a polynomial on it.
+    /// The part of a light that a receiver gathers, as a polynomial on it.
     pub(super) fn gathered_by(&self, receiver: usize, light: &Field, channel: usize) -> Vec<f64> {
         self.basis(receiver).project(&self.system.irradiance(light, receiver, channel))
     }

@@ -4,7 +4,7 @@ use radgrad_core::{DVec3, Polygon};
 use radgrad_scene::{Degenerate, Scene, Surface};
 use radgrad_solver::{Options, WeightedSum, solve};
 
-/// The error of the solutions, the step of differences, and what the derivatives may be off by, of their norm.
+/// The error of the solutions, the step of differences, and the error that derivatives may have, of their norm.
 const ERROR: f64 = 2e-3;
 const STEP: f64 = 1e-2;
 const PART: f64 = 0.01;
@@ -112,8 +112,8 @@ fn a_scene_that_moves_as_a_whole_with_its_points_keeps_its_light() {
     let scene = cornell(|_, _, _| DVec3::ZERO);
     let error = 0.05;
     let solution = solve(&scene, &Options { error, ..Options::default() }, |_| true).unwrap();
-    let all: Vec<usize> = (0..scene.faces().len()).collect();
-    let by = solution.derivative_by_vertices(&scene, &of_floor(&scene), &all).unwrap();
+    let faces: Vec<usize> = (0..scene.faces().len()).collect();
+    let by = solution.derivative_by_vertices(&scene, &of_floor(&scene), &faces).unwrap();
     let total = |pick: &dyn Fn(DVec3, DVec3) -> f64| -> [f64; 2] {
         let pairs = scene.polygons().zip(&by.vertices).flat_map(|(polygon, by)| polygon.vertices().iter().zip(by));
         pairs.fold([0.0; 2], |[sum, size], (at, by)| {

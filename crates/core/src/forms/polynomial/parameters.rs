@@ -41,7 +41,7 @@ pub(crate) struct Parameter<T> {
 
 /// Bounds over the emitter.
 pub(crate) struct Largest<R> {
-    /// On the magnitude of what each parameter of the emission multiplies.
+    /// On the magnitude of the factor that each parameter of the emission multiplies.
     pub(crate) parameters: Vec<R>,
     /// On the length of the emission's gradient.
     pub(crate) slope: R,
@@ -122,7 +122,7 @@ impl<'a, T: Real> Parameters<'a, T> {
         ByParameters { vertices, emission }
     }
 
-    /// Bounds on what the derivatives integrate, given one on the weights. A polygon's points are between its vertices, in the plane too.
+    /// Bounds on the integrands of the derivatives, given one on the weights. A polygon's points are between its vertices, in the plane too.
     pub(crate) fn largest(&self, weight: RadiusOf<T>) -> Largest<RadiusOf<T>> {
         let (x, polygon) = (self.receiver.position(), self.emitter.polygon());
         let bound = |c: T| c.size() + c.error();

@@ -40,10 +40,10 @@ impl Partial<'_> {
 /// Edges, and how often a group has each.
 type Left = Vec<([DVec3; 2], i32)>;
 
-/// What is inside all of some edges.
+/// The region inside all of some edges.
 pub(in crate::factors) type Shadow = Vec<[DVec3; 2]>;
 
-/// What groups of screens hide.
+/// The groups of screens that hide together.
 #[derive(Debug, Default)]
 pub(in crate::factors) struct Fused {
     /// Whether one hides all.

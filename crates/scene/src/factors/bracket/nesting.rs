@@ -174,7 +174,7 @@ pub(super) fn nest(groups: Vec<Group>, cells: [&Cell; 2]) -> (Vec<Nested>, Vec<u
 }
 
 impl Nested {
-    /// What is inside one edge.
+    /// The region inside one edge.
     #[cfg(test)]
     pub(super) fn alone(edge: [DVec3; 2]) -> Self {
         Self { edges: vec![edge], turns: Vec::new() }

@@ -87,7 +87,7 @@ fn in_triangles(outline: &[DVec3]) -> impl Iterator<Item = [DVec3; 3]> {
     })
 }
 
-/// What points see of an outline.
+/// The part of an outline that points see.
 struct Seen {
     emitter: Emitter,
     /// Of the plane of the points.

@@ -1,15 +1,15 @@
 //! Products of far blocks by two lists of numbers each: memory and time of a product grow about as the number of faces.
 //!
-//! Faces are put in an order by halving them along the longest side of their middles' box, so that what is near is near in the order. Of the exchanges
+//! Faces are put in an order by halving them along the longest side of their middles' box, so that near faces are near in the order. Of the exchanges
 //! `E_ij` of two parts of it, of i and of j, that have the sums `R_i` and `C_j` and the total T, [`FactorOperator::blocks`] keeps either the numbers
 //! themselves or the two lists of sums: `R_i C_j / T` are the exchanges then. So
 //! - rows have the sums that they had, and close as before; pairs are reciprocal, and none is below 0;
 //! - where the two parts are far apart beside their sizes, the sums have all of it that is linear in the place of either;
-//! - what row i of the block gets of q errs by at most `R_i (max q - min q)` over the other part, as both are means of q with weights not below 0 that
-//!   sum to `R_i`. [`BlockOperator::certified`] adds this up.
+//! - the product of row i of the block and q errs by at most `R_i (max q - min q)` over the other part, as both are means of q with weights not
+//!   below 0 that sum to `R_i`. [`BlockOperator::certified`] adds this up.
 //!
-//! Whether the sums are enough is asked of the parts of the two parts, four by four: by how much their exchanges differ from what the sums make of them,
-//! beyond twice the deviation that counts have by chance, over T. Else both are halved, unless the numbers themselves are fewer bytes.
+//! Whether the sums are enough is asked of the parts of the two parts, four by four: by how much their exchanges differ from those that the sums
+//! make, beyond twice the deviation that counts have by chance, over T. Else both are halved, unless the numbers themselves are fewer bytes.
 
 use std::ops::Range;
 
@@ -59,7 +59,7 @@ pub struct BlockOperator {
     pub(super) order: Vec<u32>,
     /// Of each face.
     pub(super) areas: Vec<f64>,
-    /// Of each face what the multipliers of counted pairs, and the bounds of near ones, may move of a product of ones.
+    /// Of each face the change that the multipliers of counted pairs, and the bounds of near ones, may make in a product of ones.
     pub(super) fixed: [Vec<f64>; 2],
     pub(super) chances: Chances,
     pub(super) blocks: Vec<Block>,
@@ -127,8 +127,8 @@ impl Found {
 }
 
 impl FactorOperator {
-    /// The operator in far blocks, of the middles of all faces: `tolerance` is the share of what two parts exchange that may be elsewhere in them, the
-    /// larger the fewer numbers are kept.
+    /// The operator in far blocks, of the middles of all faces: `tolerance` is the share of the exchange of two parts that may be elsewhere in them,
+    /// the larger the fewer numbers are kept.
     ///
     /// # Errors
     /// If there is not one middle for each face, or the tolerance is not above 0 and below 1.
@@ -156,7 +156,7 @@ impl FactorOperator {
         while strips.len() * PAIRS < pairs && strips.iter().all(|strip| strip.len() > 1) {
             strips = strips.into_iter().flat_map(halves).collect();
         }
-        let mut found = Found::default();
+        let mut division = Found::default();
         for (number, strip) in strips.iter().enumerate() {
             let mut blocks = pairs_of(factors, &place, &strips, number);
             let of_block = |(other, pairs): (usize, &mut Vec<Pair>)| {
@@ -164,11 +164,11 @@ impl FactorOperator {
                 setup.divided(parts, pairs)
             };
             let divided: Vec<Found> = blocks.par_iter_mut().enumerate().map(of_block).collect();
-            divided.into_iter().for_each(|blocks| found.extend(blocks));
+            divided.into_iter().for_each(|blocks| division.extend(blocks));
         }
         let ones = vec![1.0; order.len()];
         let fixed = [self.moved(&ones), self.near_errors(&ones)];
-        let Found { blocks, numbers, places } = found;
+        let Found { blocks, numbers, places } = division;
         let chances = Chances { rays: factors.known.rays, logarithm: factors.known.logarithm };
         let parts = parts(&blocks);
         Ok(BlockOperator { order, areas: factors.known.areas.clone(), fixed, chances, blocks, numbers, places, parts })
@@ -178,19 +178,19 @@ impl FactorOperator {
 /// The exchanges of a strip with itself and those that follow.
 fn pairs_of(factors: &RayFactors, place: &[u32], strips: &[Range<usize>], number: usize) -> Vec<Vec<Pair>> {
     let strip_of = |place: u32| strips.partition_point(|strip| strip.end <= place as usize);
-    let mut found = vec![Vec::new(); strips.len()];
+    let mut exchanges = vec![Vec::new(); strips.len()];
     factors.each_exchange(|[i, j], area| {
         let [a, b] = [place[i], place[j]];
         let at = [a.min(b), a.max(b)];
         if strips[number].contains(&(at[0] as usize)) && area > 0.0 {
             #[expect(clippy::cast_possible_truncation, reason = "single precision is what blocks have")]
-            found[strip_of(at[1])].push(Pair { at, area: area as f32 });
+            exchanges[strip_of(at[1])].push(Pair { at, area: area as f32 });
         }
     });
-    found
+    exchanges
 }
 
-/// What the division of blocks needs.
+/// The numbers that the division of blocks needs.
 struct Setup {
     /// The area before each place.
     before: Vec<f64>,
@@ -215,16 +215,16 @@ impl Setup {
         let [first, second] = parts.clone().map(halves);
         let middles = [first[0].end, second[0].end];
         let low = partition(pairs, |pair| (pair.at[0] as usize) < middles[0]);
-        let mut found = Found::default();
+        let mut division = Found::default();
         let (head, tail) = pairs.split_at_mut(low);
         for (rows, pairs) in first.iter().zip([head, tail]) {
             let low = partition(pairs, |pair| (pair.at[1] as usize) < middles[1]);
-            let (left, right) = pairs.split_at_mut(low);
-            for (columns, pairs) in second.iter().zip([left, right]) {
-                found.extend(self.divided([rows.clone(), columns.clone()], pairs));
+            let (before, after) = pairs.split_at_mut(low);
+            for (columns, pairs) in second.iter().zip([before, after]) {
+                division.extend(self.divided([rows.clone(), columns.clone()], pairs));
             }
         }
-        if is_small && singles + size_of::<Block>() <= found.bytes() { single(&parts, pairs) } else { found }
+        if is_small && singles + size_of::<Block>() <= division.bytes() { single(&parts, pairs) } else { division }
     }
 
     /// Whether the sums of two parts make the exchanges of the parts of these.
@@ -233,13 +233,13 @@ impl Setup {
             let quarters: Vec<Range<usize>> = halves(part.clone()).into_iter().flat_map(halves).collect();
             [quarters[0].end, quarters[1].end, quarters[2].end]
         });
-        let mut of = [[0.0; ASKED]; ASKED];
+        let mut exchanged = [[0.0; ASKED]; ASKED];
         for Pair { at, area } in pairs {
             let [a, b] = [0, 1].map(|side| ends[side].iter().filter(|end| at[side] as usize >= **end).count());
-            of[a][b] += f64::from(*area);
+            exchanged[a][b] += f64::from(*area);
         }
-        let rows = of.map(|row| row.iter().sum::<f64>());
-        let columns: [f64; ASKED] = std::array::from_fn(|b| of.iter().map(|row| row[b]).sum());
+        let rows = exchanged.map(|row| row.iter().sum::<f64>());
+        let columns: [f64; ASKED] = std::array::from_fn(|b| exchanged.iter().map(|row| row[b]).sum());
         let total: f64 = rows.iter().sum();
         let mean = |part: &Range<usize>| (self.before[part.end] - self.before[part.start]) / part.len() as f64;
         let [a, b] = parts.each_ref().map(mean);
@@ -247,7 +247,7 @@ impl Setup {
         let one = 1.0 / (1.0 / a + 1.0 / b) / self.rays;
         let beyond = |(a, b): (usize, usize)| {
             let expected = rows[a] * columns[b] / total;
-            larger((of[a][b] - expected).abs() - 2.0 * (larger(of[a][b], expected) * one).sqrt(), 0.0)
+            larger((exchanged[a][b] - expected).abs() - 2.0 * (larger(exchanged[a][b], expected) * one).sqrt(), 0.0)
         };
         let beyond: [[f64; ASKED]; ASKED] = std::array::from_fn(|a| std::array::from_fn(|b| beyond((a, b))));
         let of_row = |k: usize| beyond[k].iter().sum::<f64>() <= self.tolerance * larger(rows[k], total / ASKED as f64);
@@ -317,9 +317,9 @@ fn halve(order: &mut [u32], middles: &[DVec3]) {
     let key = |face: &u32| middles[*face as usize][axis];
     let middle = order.len() / 2;
     order.select_nth_unstable_by(middle, |a, b| key(a).total_cmp(&key(b)).then(a.cmp(b)));
-    let (left, right) = order.split_at_mut(middle);
-    halve(left, middles);
-    halve(right, middles);
+    let (before, after) = order.split_at_mut(middle);
+    halve(before, middles);
+    halve(after, middles);
 }
 
 /// All blocks, in parts of about as many numbers each.
@@ -385,8 +385,8 @@ impl BlockOperator {
     pub fn certified(&self, q: &[f64]) -> Result<Certified, Error> {
         let product = self.apply(q)?;
         let spread = self.spread(q);
-        let most = q.iter().fold(0.0, |most, q| larger(most, q.abs()));
-        let mut error: Vec<f64> = self.fixed[1].iter().zip(&spread).map(|(near, spread)| near * most + spread).collect();
+        let largest = q.iter().fold(0.0, |largest, q| larger(largest, q.abs()));
+        let mut error: Vec<f64> = self.fixed[1].iter().zip(&spread).map(|(near, spread)| near * largest + spread).collect();
         for sign in [1.0, -1.0] {
             let part: Vec<f64> = q.iter().map(|q| larger(sign * q, 0.0)).collect();
             let peak = part.iter().copied().fold(0.0, larger);
@@ -394,8 +394,8 @@ impl BlockOperator {
                 let (sums, spread) = (self.apply(&part)?, self.spread(&part));
                 for (face, error) in error.iter_mut().enumerate() {
                     let moved = self.fixed[0][face] * peak;
-                    // What was counted is at most this.
-                    *error += self.chances.of(sums[face] + spread[face] + moved, peak) + moved;
+                    // The counted sum is at most this.
+                    *error += self.chances.deviation(sums[face] + spread[face] + moved, peak) + moved;
                 }
             }
         }
@@ -411,14 +411,14 @@ impl BlockOperator {
                 .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], &q| [crate::smallest(low, q), larger(high, q)]);
             ends[1] - ends[0]
         };
-        let most = q.iter().fold(0.0, |most, q| larger(most, q.abs()));
+        let largest = q.iter().fold(0.0, |largest, q| larger(largest, q.abs()));
         // Four roundings of single precision.
-        let rounding = 4.0 * f64::from(f32::EPSILON) * most;
+        let rounding = 4.0 * f64::from(f32::EPSILON) * largest;
         let mut spread = vec![0.0; q.len()];
         let mut numbers = self.numbers.as_slice();
         for block in &self.blocks {
-            let (own, rest) = numbers.split_at(block.sizes()[0]);
-            numbers = rest;
+            let (own, tail) = numbers.split_at(block.sizes()[0]);
+            numbers = tail;
             if block.pairs > 0 {
                 continue;
             }
@@ -433,11 +433,11 @@ impl BlockOperator {
                 *sum += f64::from(*column) * total * by_rows;
             }
         }
-        let mut found = vec![0.0; q.len()];
+        let mut errors = vec![0.0; q.len()];
         for (&face, spread) in self.order.iter().zip(spread) {
-            found[face as usize] = spread / self.areas[face as usize] + rounding;
+            errors[face as usize] = spread / self.areas[face as usize] + rounding;
         }
-        found
+        errors
     }
 
     fn products<const K: usize>(&self, q: &[[f64; K]]) -> Vec<[f64; K]> {
@@ -447,28 +447,28 @@ impl BlockOperator {
             let (mut numbers, mut places) = (&self.numbers[part.numbers..], &self.places[part.places..]);
             for block in &self.blocks[part.blocks.clone()] {
                 let [count, singles] = block.sizes();
-                let (own, rest) = numbers.split_at(count);
+                let (own, tail) = numbers.split_at(count);
                 let (at, others) = places.split_at(singles);
-                (numbers, places) = (rest, others);
+                (numbers, places) = (tail, others);
                 block.add(own, at, &by_place, &mut sums);
             }
             sums
         };
         let parts: Vec<Vec<[f64; K]>> = self.parts.par_iter().map(part).collect();
-        let mut found = vec![[0.0; K]; self.len()];
+        let mut products = vec![[0.0; K]; self.len()];
         for (place, &face) in self.order.iter().enumerate() {
-            let of_face = &mut found[face as usize];
+            let of_face = &mut products[face as usize];
             for part in &parts {
                 (0..K).for_each(|k| of_face[k] += part[place][k]);
             }
             of_face.iter_mut().for_each(|sum| *sum /= self.areas[face as usize]);
         }
-        found
+        products
     }
 }
 
 impl Block {
-    /// Adds to both parts what they get of the other one.
+    /// Adds to both parts the sums that they get of the other one.
     fn add<const K: usize>(&self, numbers: &[f32], places: &[[u8; 2]], q: &[[f64; K]], sums: &mut [[f64; K]]) {
         if self.pairs > 0 {
             for (&area, &[i, j]) in numbers.iter().zip(places) {

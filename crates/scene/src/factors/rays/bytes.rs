@@ -155,9 +155,9 @@ impl BlockOperator {
         (ends == [numbers.len(), places.len()]).then_some(())?;
         let parts = blocks::parts(&blocks);
         let chances = Chances { rays, logarithm };
-        let found = Self { order, areas, fixed, chances, blocks, numbers, places, parts };
+        let operator = Self { order, areas, fixed, chances, blocks, numbers, places, parts };
         // No row is above 1 by more than bounds of near pairs and roundings.
-        found.apply(&vec![1.0; count]).ok()?.iter().all(|sum| *sum <= 1.0 + 1e-5).then_some(found)
+        operator.apply(&vec![1.0; count]).ok()?.iter().all(|sum| *sum <= 1.0 + 1e-5).then_some(operator)
     }
 }
 

@@ -85,8 +85,8 @@ pub(super) struct Chances {
 }
 
 impl Chances {
-    /// Of a sum over the rays of numbers up to `most`, not below 0, or of what is at most so large: by Chernoff's limits.
-    pub(super) fn of(self, sum: f64, most: f64) -> f64 {
+    /// Bounds the deviation of a sum over the rays of numbers up to `most`, not below 0, or of a sum that is at most so large, by Chernoff's limits.
+    pub(super) fn deviation(self, sum: f64, most: f64) -> f64 {
         let one = most / self.rays as f64;
         let counted = sum / one;
         let [low, high] = sum_limits(counted, self.logarithm);

@@ -46,8 +46,8 @@ impl FactorOperator {
         let ones = vec![1.0; operator.factors.len()];
         let counted = operator.plain(&ones).into_iter().fold(0.0, larger);
         let moved = operator.moved(&ones).into_iter().fold(0.0, larger);
-        operator.error =
-            2.0 * (operator.chances().of(counted, 1.0) + moved) + operator.near_errors(&ones).into_iter().fold(0.0, larger);
+        operator.error = 2.0 * (operator.chances().deviation(counted, 1.0) + moved)
+            + operator.near_errors(&ones).into_iter().fold(0.0, larger);
         operator
     }
 
@@ -122,7 +122,7 @@ impl FactorOperator {
             if peak > 0.0 {
                 let plain = self.plain(&part);
                 for ((error, sum), moved) in error.iter_mut().zip(plain).zip(self.moved(&part)) {
-                    *error += self.chances().of(sum, peak) + moved;
+                    *error += self.chances().deviation(sum, peak) + moved;
                 }
             }
         }
@@ -166,19 +166,19 @@ const AT_ONCE: usize = 8;
 
 /// Products of columns, some at once.
 pub(super) fn in_eights(q: &[f64], columns: usize, products: impl Fn(&[[f64; AT_ONCE]]) -> Vec<[f64; AT_ONCE]>) -> Vec<f64> {
-    let mut found = vec![0.0; q.len()];
+    let mut rows = vec![0.0; q.len()];
     for first in (0..columns).step_by(AT_ONCE) {
         let count = AT_ONCE.min(columns - first);
         let of = |row: &[f64]| std::array::from_fn(|k| if k < count { row[first + k] } else { 0.0 });
         let chosen: Vec<[f64; AT_ONCE]> = q.chunks_exact(columns).map(of).collect();
-        for (row, sums) in found.chunks_exact_mut(columns).zip(products(&chosen)) {
+        for (row, sums) in rows.chunks_exact_mut(columns).zip(products(&chosen)) {
             row[first..first + count].copy_from_slice(&sums[..count]);
         }
     }
-    found
+    rows
 }
 
-/// Refuses what is not so many finite numbers for each of so many faces.
+/// Refuses a list that is not so many finite numbers for each of so many faces.
 pub(super) fn check(q: &[f64], faces: usize, columns: usize) -> Result<(), Error> {
     let expected = || match columns {
         1 => format!("a finite number for each of the {faces} faces"),

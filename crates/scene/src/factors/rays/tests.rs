@@ -296,19 +296,19 @@ fn a_product_in_blocks_errs_by_no_more_than_it_says() {
     let smooth = |polygon: &Polygon| polygon.vertices()[0].x - 0.3;
     let steep = |polygon: &Polygon| f64::from(u8::from(polygon.vertices()[0].y > 0.4));
     for q in [scene.polygons().map(smooth).collect::<Vec<_>>(), scene.polygons().map(steep).collect()] {
-        let off = [0.01, 0.9].map(|tolerance| {
+        let errors = [0.01, 0.9].map(|tolerance| {
             let (operator, blocks) = in_blocks(&factors, 4000, tolerance);
-            let (Certified { product, error }, all) = (blocks.certified(&q).unwrap(), operator.apply(&q).unwrap());
-            let mut off = 0.0;
+            let (Certified { product, error }, undivided) = (blocks.certified(&q).unwrap(), operator.apply(&q).unwrap());
+            let mut largest = 0.0;
             for (face, (product, error)) in product.into_iter().zip(error).enumerate() {
                 let expected: f64 = truth.row(face).map(|entry| entry.factor * q[entry.face]).sum();
                 assert!((product - expected).abs() <= error, "{face}: {product} {expected} {error}");
-                off = larger(off, (product - all[face]).abs());
+                largest = larger(largest, (product - undivided[face]).abs());
             }
-            off
+            largest
         });
-        // What is asked for shows.
-        assert!(off[0] < 0.02 && off[1] > off[0], "{off:?}");
+        // The tolerance that is asked for shows.
+        assert!(errors[0] < 0.02 && errors[1] > errors[0], "{errors:?}");
     }
 }
 
@@ -322,11 +322,11 @@ fn columns_at_once_are_those_one_after_the_other_on_any_number_of_threads() {
         let q: Vec<f64> = (0..count * columns).map(|k| (k as f64).sin()).collect();
         for threads in [1, 3] {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            let found = pool.install(|| [operator.apply_many(&q, columns).unwrap(), blocks.apply_many(&q, columns).unwrap()]);
+            let answers = pool.install(|| [operator.apply_many(&q, columns).unwrap(), blocks.apply_many(&q, columns).unwrap()]);
             for column in 0..columns {
                 let of = |all: &[f64]| (0..count).map(|face| all[face * columns + column]).collect::<Vec<f64>>();
-                assert_eq!(of(&found[0]), operator.apply(&of(&q)).unwrap(), "{columns} {column}");
-                assert_eq!(of(&found[1]), blocks.apply(&of(&q)).unwrap(), "{columns} {column}");
+                assert_eq!(of(&answers[0]), operator.apply(&of(&q)).unwrap(), "{columns} {column}");
+                assert_eq!(of(&answers[1]), blocks.apply(&of(&q)).unwrap(), "{columns} {column}");
             }
         }
         assert!(columns == 0 || operator.apply_many(&q[1..], columns).is_err() && blocks.apply_many(&q[1..], columns).is_err());

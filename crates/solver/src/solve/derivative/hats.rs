@@ -23,7 +23,7 @@ pub(super) fn on_edge(edge: usize, along: f64, count: usize) -> [(usize, f64); 2
 }
 
 impl Outline {
-    pub(super) fn of(polygon: &Polygon) -> Self {
+    pub(super) fn from_polygon(polygon: &Polygon) -> Self {
         let (corners, normal) = (polygon.vertices().to_vec(), polygon.normal());
         let middle = corners.iter().sum::<DVec3>() / corners.len() as f64;
         let u = normal.any_orthonormal_vector();
@@ -85,7 +85,7 @@ mod tests {
     fn hats_reproduce_affine_motions_and_are_linear_along_edges() {
         let tilted = |[x, y]: [f64; 2]| DVec3::new(x, y, 1.0 + 0.3 * x - 0.2 * y);
         let outline = [[0.0, 0.0], [3.0, 0.0], [3.0, 1.0], [1.0, 1.0], [1.0, 3.0], [0.0, 3.0]].map(tilted);
-        let outline = Outline::of(&Polygon::new(outline.to_vec()).unwrap());
+        let outline = Outline::from_polygon(&Polygon::new(outline.to_vec()).unwrap());
         for place in [[0.5, 0.5], [2.5, 0.25], [0.2, 2.9], [1.0, 1.0], [3.0, 0.5], [1.5, 1.0]].map(tilted) {
             let hats = outline.hats(place);
             let again: DVec3 = outline.corners.iter().zip(&hats).map(|(corner, hat)| *corner * *hat).sum();

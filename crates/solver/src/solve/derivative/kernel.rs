@@ -48,7 +48,7 @@ impl CellRules {
         Self([product(NODES), collapsed(NODES)])
     }
 
-    fn of(&self, shape: Shape) -> &[Node] {
+    fn rule(&self, shape: Shape) -> &[Node] {
         &self.0[usize::from(shape == Shape::Triangle)]
     }
 }
@@ -103,7 +103,7 @@ impl Pair<'_> {
         }
         let part = self.element.area() * 0.25_f64.powi(path.len().try_into().unwrap_or(i32::MAX));
         let places: Vec<Node> =
-            rules.of(shape).iter().map(|node| Node { at: place(node.at), weight: part * node.weight }).collect();
+            rules.rule(shape).iter().map(|node| Node { at: place(node.at), weight: part * node.weight }).collect();
         places.iter().for_each(|node| self.add_node(node, sums));
     }
 

@@ -52,12 +52,12 @@ pub struct VertexDerivative {
 /// A weight in each channel: of the importance as it is, and without its highest degree.
 type Weights = Vec<[f64; 2]>;
 
-/// What a point sees of an element.
+/// The part of an element that a point sees.
 enum Seen {
     /// Nothing: it is behind, or these faces hide all of it.
     Nothing(Vec<usize>),
     Whole,
-    /// What these faces leave, above the horizon.
+    /// The part that these faces leave, above the horizon.
     Part(Vec<usize>),
 }
 
@@ -71,7 +71,7 @@ impl Seen {
     }
 }
 
-/// What is asked for, and the shapes of these faces.
+/// The faces that are asked for, and their shapes.
 struct Asked {
     /// Of each face of the scene.
     slots: Vec<Option<usize>>,
@@ -101,7 +101,7 @@ impl Asked {
         }
     }
 
-    /// Adds what a receiver's light changes by its place and its normal, as its plane moves.
+    /// Adds the change of a receiver's light by its place and its normal, as its plane moves.
     fn add_receiver(
         &self,
         sums: &mut Sums,
@@ -143,10 +143,10 @@ impl Sums {
 
 impl Solution {
     /// Derivatives of a weighted sum of radiosities by the vertices of some faces, in the scene's order or any other; the cost goes with
-    /// the light that these send, receive or hide. Emission and reflectance stay what they are, a texture where it is, and the points of the sum, too: those
-    /// on a face move with its plane. A mean is that of the face as it becomes.
+    /// the light that these send, receive or hide. Emission and reflectance stay as they are, a texture where it is, and the points of the sum,
+    /// too: those on a face move with its plane. A mean is that of the face as it becomes.
     ///
-    /// A face that leaves another one, on which it stood, opens a gap, at which there is no derivative: what meets moves together.
+    /// A face that leaves another one, on which it stood, opens a gap, at which there is no derivative: faces that meet move together.
     ///
     /// ```
     /// use radgrad_core::{DVec3, Polygon};
@@ -175,7 +175,7 @@ impl Solution {
     /// As for [`Self::derivative`]; if a face is not there; or if the scene has so many faces that distant light is gathered from clusters of them.
     pub fn derivative_by_vertices(&self, scene: &Scene, sum: &WeightedSum, faces: &[usize]) -> Result<VertexDerivative, Error> {
         let asked = self.asked(faces)?;
-        let mut derivative = Derivative::of(scene, self.channels().len());
+        let mut derivative = Derivative::nothing(scene, self.channels().len());
         let (importance, views) = self.importance_with_views(scene, sum, &mut derivative)?;
         let mut sums = asked.dark();
         self.add_outlines(scene, &asked, &sum.surfaces, &mut sums);
@@ -201,7 +201,7 @@ impl Solution {
         parts.iter().for_each(|part| sums.add_all(part));
         let again = self.add_reflected(&importance, &mut derivative);
         let relative = self.relative_estimates(&derivative, &again);
-        Ok(self.found(&asked, &sums, &relative))
+        Ok(self.vertex_derivative(&asked, &sums, &relative))
     }
 
     fn asked(&self, faces: &[usize]) -> Result<Asked, Error> {
@@ -216,32 +216,32 @@ impl Solution {
         let mut slots = vec![None; mesh.polygons().len()];
         for (slot, &face) in faces.iter().enumerate() {
             let count = slots.len();
-            let Some(of) = slots.get_mut(face) else {
+            let Some(entry) = slots.get_mut(face) else {
                 return Err(Error::Weights { rule: format!("face {face} is asked for, and the scene has {count}, from 0") });
             };
-            if of.replace(slot).is_some() {
+            if entry.replace(slot).is_some() {
                 return Err(Error::Weights { rule: format!("face {face} is asked for twice: ask once") });
             }
         }
-        let outlines = faces.iter().map(|&face| Outline::of(&mesh.polygons()[face])).collect();
+        let outlines = faces.iter().map(|&face| Outline::from_polygon(&mesh.polygons()[face])).collect();
         Ok(Asked { slots, outlines, channels: self.channels().len(), rules: CellRules::new() })
     }
 
     /// The derivatives in the coordinates of the scene, and the length of their errors.
-    fn found(&self, asked: &Asked, sums: &Sums, relative: &[f64]) -> VertexDerivative {
+    fn vertex_derivative(&self, asked: &Asked, sums: &Sums, relative: &[f64]) -> VertexDerivative {
         let (channels, power) = (asked.channels, self.placement.power());
         let of_face =
             |of: &Vec<[DVec3; 2]>| of.chunks_exact(channels).map(|of| of.iter().map(|[by, _]| *by * power).collect()).collect();
         let estimate = |channel: usize| {
-            let all = || sums.0.iter().flat_map(move |of| of.iter().skip(channel).step_by(channels));
+            let pairs = || sums.0.iter().flat_map(move |of| of.iter().skip(channel).step_by(channels));
             let length = |squares: f64| power * squares.sqrt();
-            let whole = length(all().map(|[by, _]| by.length_squared()).sum());
-            length(all().map(|[by, lower]| (*by - *lower).length_squared()).sum()) + relative[channel] * whole
+            let whole = length(pairs().map(|[by, _]| by.length_squared()).sum());
+            length(pairs().map(|[by, lower]| (*by - *lower).length_squared()).sum()) + relative[channel] * whole
         };
         VertexDerivative { vertices: sums.0.iter().map(of_face).collect(), estimate: (0..channels).map(estimate).collect() }
     }
 
-    /// Adds what the nodes of an element receive: direct light on a leaf, light of links on a receiver.
+    /// Adds the light that the nodes of an element receive: direct light on a leaf, light of links on a receiver.
     fn add_element(&self, asked: &Asked, sums: &mut Sums, sent: &Field, index: usize) -> Result<(), Error> {
         let (element, basis) = (self.element(index), self.basis(index));
         let direct = self.radiosity.direct.get(index).filter(|_| element.is_leaf());
@@ -311,15 +311,15 @@ impl Solution {
         Ok(())
     }
 
-    /// What a point sees of an element.
+    /// The part of an element that a point sees.
     fn view_of(&self, station: &Station, source: usize, sight: &Sight) -> Result<Seen, Error> {
         let mesh = &self.system.mesh;
-        let known = match sight {
+        let candidates = match sight {
             Sight::Nothing(hidden_by) => return Ok(Seen::Nothing(hidden_by.iter().copied().collect())),
             Sight::Clear => &[][..],
             Sight::Past(faces) => faces,
         };
-        let between = match station.sight(mesh, source, Some(known))? {
+        let between = match station.sight(mesh, source, Some(candidates))? {
             Sight::Nothing(hidden_by) => return Ok(Seen::Nothing(hidden_by.into_iter().collect())),
             Sight::Clear => Vec::new(),
             Sight::Past(faces) => faces,
@@ -396,13 +396,13 @@ impl Solution {
     ) -> Result<(), Error> {
         let polygons = self.system.mesh.polygons();
         let occluders: Vec<&Polygon> = between.iter().map(|&face| &polygons[face]).collect();
-        let found =
+        let slopes =
             derivatives(&station.receiver()?, emitter, occluders, AT_A_POINT).map_err(|source| station.refused(source))?;
         for &(channel, weight) in weights {
-            asked.add_receiver(sums, (station, channel), weight, [found.gradient.value, found.normal.value]);
-            let corners = emitter.polygon().vertices().iter().copied().zip(found.vertices.iter().map(|of| of.value));
+            asked.add_receiver(sums, (station, channel), weight, [slopes.gradient.value, slopes.normal.value]);
+            let corners = emitter.polygon().vertices().iter().copied().zip(slopes.vertices.iter().map(|of| of.value));
             asked.add_corners(sums, (face, channel), weight, corners);
-            for (&other, by_vertices) in between.iter().zip(&found.occluders) {
+            for (&other, by_vertices) in between.iter().zip(&slopes.occluders) {
                 for (vertex, by) in by_vertices.iter().enumerate() {
                     asked.add(sums, (other, vertex, channel), weight, by.value);
                 }
@@ -411,7 +411,7 @@ impl Solution {
         Ok(())
     }
 
-    /// Adds the change of means as the outlines of their faces move: what comes in at an edge, less the mean.
+    /// Adds the change of means as the outlines of their faces move: the light that comes in at an edge, less the mean.
     fn add_outlines(&self, scene: &Scene, asked: &Asked, weights: &[Vec<f64>], sums: &mut Sums) {
         let mesh = &self.system.mesh;
         for (face, weights) in scene.faces().iter().map(|face| weights.get(face.surface())).enumerate() {
