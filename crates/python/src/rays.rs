@@ -208,7 +208,7 @@ impl BlockCore {
 
     /// Bytes that the blocks take.
     #[getter]
-    fn bytes(&self) -> usize {
+    fn size(&self) -> usize {
         self.0.bytes()
     }
 

@@ -13,8 +13,7 @@ use radgrad_certificate::{Certificate, Interval, Place, Request as Certifying, c
 use radgrad_core::DVec3;
 use radgrad_scene::Scene;
 use radgrad_solver::{
-    Irradiance, Ledger, MAX_DEGREE, Marking, Options, Progress, Solution, SurfaceGradient, VertexDerivative, WeightedPoint,
-    WeightedSum, solve,
+    Irradiance, Ledger, MAX_DEGREE, Marking, Options, Progress, Solution, SurfaceGradient, WeightedPoint, WeightedSum, solve,
 };
 use rayon::prelude::*;
 
@@ -215,15 +214,13 @@ impl SolutionCore {
         (radiosity, estimate, irradiance, irradiance_estimate, face).into_pyobject(py)
     }
 
-    /// Derivatives of a weighted sum, of surfaces or of points: its value and the relative estimate by channel; the derivatives by
-    /// emission and by reflectance, face by face and channel by channel; and, of each of the faces given, those by its vertices, vertex by
-    /// vertex and channel by channel, with the estimate by channel.
+    /// Derivatives of a weighted sum, of surfaces or of points: its value and the relative estimate by channel, and the derivatives by
+    /// emission and by reflectance, face by face and channel by channel.
     fn derivative<'py>(
         &self,
         py: Python<'py>,
         weights: Vec<Vec<f64>>,
         points: Option<(PyReadonlyArrayDyn<'py, f64>, PyReadonlyArrayDyn<'py, f64>)>,
-        faces: Option<Vec<usize>>,
     ) -> PyResult<Bound<'py, PyTuple>> {
         let sum = match points {
             None => WeightedSum { surfaces: weights, points: Vec::new() },
@@ -233,18 +230,10 @@ impl SolutionCore {
                 WeightedSum { surfaces: Vec::new(), points: pairs.map(point).collect() }
             }
         };
-        let solution = &*self.solution;
-        let (derivative, by_vertices) = detached(py, false, |_| {
-            let by_vertices = faces.map(|faces| solution.derivative_by_vertices(&self.scene, &sum, &faces)).transpose()?;
-            Ok((solution.derivative(&self.scene, &sum)?, by_vertices))
-        })?;
+        let derivative = detached(py, false, |_| Ok(self.solution.derivative(&self.scene, &sum)?))?;
         let by_face = |of: Vec<Vec<f64>>| PyArray1::from_iter(py, of.into_iter().flatten());
         let [value, estimate] = [derivative.value, derivative.relative_estimate].map(|of| PyArray1::from_vec(py, of));
-        let by_vertices = by_vertices.map(|VertexDerivative { vertices, estimate }| {
-            let of_face = |of: Vec<Vec<DVec3>>| PyArray1::from_iter(py, of.iter().flatten().flat_map(DVec3::to_array));
-            (vertices.into_iter().map(of_face).collect::<Vec<_>>(), PyArray1::from_vec(py, estimate))
-        });
-        (value, estimate, by_face(derivative.emission), by_face(derivative.reflectance), by_vertices).into_pyobject(py)
+        (value, estimate, by_face(derivative.emission), by_face(derivative.reflectance)).into_pyobject(py)
     }
 
     /// At points, row by row: gradients of the radiosity and estimates of their errors' lengths, and the same of the irradiance; in free

@@ -1,4 +1,4 @@
-"""Backward differentiation: the product that JAX and PyTorch ask for, and these themselves where they are installed."""
+"""Backward differentiation: the product that JAX asks for, and JAX itself where it is installed."""
 
 import numpy as np
 import pytest
@@ -62,20 +62,7 @@ def test_jax_differentiates(emission):
     assert all(np.array_equal(a, b) for a, b in zip(found, exact))
 
 
-@pytest.mark.parametrize("emission", EMISSIONS)
-def test_torch_differentiates(emission):
-    torch = pytest.importorskip("torch", reason="torch is not installed: rg.torch was not tested")
-    given = [torch.tensor(of, requires_grad=True) for of in (X, NORMAL, LAMP, emission, RHO, SCREEN)]
-    (rg.torch.evaluate(*given[:4], given[5:], given[4]) * torch.tensor(RATES)).sum().backward()
-    exact = backward(RATES, (X, NORMAL, LAMP, emission, RHO), [SCREEN], 1e-12)
-    assert all(np.array_equal(of.grad.numpy(), by) for of, by in zip(given, exact))
-    # A constant asks for nothing.
-    lamp = torch.tensor(LAMP, requires_grad=True)
-    rg.torch.evaluate(X[0], NORMAL[0], lamp, 1.5).backward()
-    assert np.allclose(lamp.grad.numpy(), backward(1.0, (X[0], NORMAL[0], LAMP, 1.5, 1.0), [], 1e-12)[2], rtol=1e-13)
-
-
-@pytest.mark.parametrize("name", ["jax", "torch"])
+@pytest.mark.parametrize("name", ["jax"])
 def test_what_is_not_installed_is_named(name, monkeypatch):
     module = getattr(rg, name)
     monkeypatch.setitem(__import__("sys").modules, name, None)

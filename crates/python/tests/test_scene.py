@@ -207,38 +207,3 @@ def test_derivatives_by_materials_are_differences():
             assert np.allclose(d.emission[face], c.value - d.value, rtol=0.005, atol=0.002)
     with pytest.raises(ValueError, match="no surface is called 'wall'"):
         rg.Scene(v, f, reflectance=rho, emission=lit, names=names).solve(error=0.5).derivative({"wall": 1.0})
-
-
-def test_derivatives_by_vertices_are_differences():
-    v = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)] + [[0.3, 0.3, 0.9], [0.3, 0.5, 0.9], [0.6, 0.5, 0.9], [0.6, 0.3, 0.9]])
-    f = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3], [8, 9, 10, 11]]
-    names = ["floor", "ceiling", "south", "north", "west", "east", "lamp"]
-    rho, lit = [0.3, 0.7, 0.5, 0.5, 0.6, 0.4, 0.0], [0.0] * 6 + [20.0]
-    points = ([[0.3, 0.4, 0.0], [0.5, 0.7, 0.4]], [[0, 0, 1], [0, 0.2, 1]])
-
-    def solved(v):
-        return rg.Scene(v, f, reflectance=rho, emission=lit, names=names).solve(error=1e-3)
-
-    def sums(s, faces):
-        return s.derivative({"floor": 2.0, "west": 1.0}, vertices=faces), s.derivative([1.0, 0.5], points=points, vertices=faces)
-
-    base = sums(solved(v), True)
-    # Of the whole room made higher with its lamp, and of the lamp stretched along x.
-    higher, stretched = np.zeros_like(v), np.zeros_like(v)
-    higher[:, 2], stretched[10:, 0] = v[:, 2] > 0.5, 1.0
-    for motion in (higher, stretched):
-        ahead, behind = (sums(solved(v + step * motion), False) for step in (0.02, -0.02))
-        for d, a, b in zip(base, ahead, behind):
-            assert [of.shape for of in d.vertices] == [(4, 1, 3)] * 7 and d.vertices_estimate.shape == (1,)
-            by = np.zeros_like(v)
-            for face, of in zip(f, d.vertices):
-                np.add.at(by, face, of[:, 0])
-            slope, difference = (by * motion).sum(), (a.value[0] - b.value[0]) / 0.04
-            assert abs(slope - difference) < 0.02 * np.linalg.norm(by), (slope, difference)
-    s = solved(v)
-    lamp = sums(s, [6])[0]
-    assert len(lamp.vertices) == 1 and np.array_equal(lamp.vertices[0], base[0].vertices[6])
-    assert s.derivative({"floor": 1.0}).vertices is None
-    for wrong in ([7], [-1], [0.5], 3):
-        with pytest.raises(ValueError, match="vertices"):
-            s.derivative({"floor": 1.0}, vertices=wrong)

@@ -53,7 +53,6 @@ pub use mesh::rule::{Node, rectangular};
 pub use mesh::shape::Shape;
 pub use picture::{NonNegative, PictureGathers};
 pub use solve::by_surface::SurfaceRadiosity;
-pub use solve::derivative::vertices::VertexDerivative;
 pub use solve::derivative::{Derivative, WeightedPoint, WeightedSum};
 pub use solve::gather::{Gathered, Irradiance};
 pub use solve::gradient::{Gradient, SurfaceGradient};

@@ -236,7 +236,7 @@ class BlockFactors(_Products):
     @property
     def bytes(self) -> int:
         """Memory that the blocks take."""
-        return self._core.bytes
+        return self._core.size
 
     def save(self, file: PathLike) -> None:
         """Keep all of it in a ``.npz``, of which `load` makes it again."""

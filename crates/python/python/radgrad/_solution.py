@@ -78,8 +78,8 @@ class Slopes(Shown):
 
 @dataclass(frozen=True, eq=False)
 class Sensitivity(Shown):
-    """Derivatives of a weighted sum of radiosities by the emission and the reflectance of every face, and by vertices of faces. Light of one
-    channel makes none in another."""
+    """Derivatives of a weighted sum of radiosities by the emission and the reflectance of every face. Light of one channel makes none in
+    another."""
 
     #: (faces, channels): by the emission of each face, in the unit in which `Scene` takes it.
     emission: Floats
@@ -91,11 +91,6 @@ class Sensitivity(Shown):
     reflectance_estimate: Floats
     #: (channels,): the sum itself.
     value: Floats
-    #: For each face asked for (vertices, channels, 3): by each of its vertices as in `Scene.outlines`, in the unit of the emission over the
-    #: scene's unit of length; None where none was asked for.
-    vertices: "Optional[list[Floats]]" = None
-    #: (channels,): estimates of the length of the error of all of these together.
-    vertices_estimate: Optional[Floats] = None
 
     def _shape(self) -> "Tuple[int, ...]":
         return np.shape(self.emission)[:1]
@@ -365,15 +360,11 @@ class Solution:
         return Slopes(slopes[0], estimates[0], slopes[1], estimates[1])
 
     def derivative(
-        self,
-        weights: "Union[ArrayLike, dict[str, ArrayLike]]",
-        points: Optional[Tuple[ArrayLike, ArrayLike]] = None,
-        vertices: "Union[bool, Sequence[int]]" = False,
+        self, weights: "Union[ArrayLike, dict[str, ArrayLike]]", points: Optional[Tuple[ArrayLike, ArrayLike]] = None
     ) -> Sensitivity:
-        """Derivatives of a weighted sum of radiosities by the emission and the reflectance of every face, and by vertices of faces.
+        """Derivatives of a weighted sum of radiosities by the emission and the reflectance of every face.
 
-        Those by emission and reflectance together cost as much as one solution of the linear system, however many faces there are; those by
-        vertices cost by the light that the faces asked for send, receive or hide.
+        All together cost as much as one solution of the linear system, however many faces there are.
 
         Parameters
         ----------
@@ -382,15 +373,11 @@ class Solution:
             (n,) or (n, channels), of each point.
         points : positions and normals, each (n, 3), optional
             On faces the radiosity is summed, elsewhere the irradiance, as by `gather`.
-        vertices : faces, or True
-            Faces by whose vertices derivatives are asked for, or True for all. Vertices that are one move together: add up what each face has of
-            them. A face keeps its emission and reflectance, points keep their place but for those on a face, which go with its plane.
 
         Returns
         -------
         Sensitivity
-            `emission` and `reflectance`, each (faces, channels), with estimates of their errors, and the `value` of the sum; `vertices`, a
-            list of (vertices, channels, 3) in the order of the faces asked for.
+            `emission` and `reflectance`, each (faces, channels), with estimates of their errors, and the `value` of the sum.
 
         Raises
         ------
@@ -405,9 +392,6 @@ class Solution:
         >>> s = rg.Scene(v, f, reflectance=0.5, emission=[0, 1], names=["floor", "ceiling"]).solve(error=0.01)
         >>> d = s.derivative({"floor": 1.0})
         >>> bool(abs(d.value[0] - d.emission[1, 0]) < 0.01)
-        True
-        >>> lifted = s.derivative({"floor": 1.0}, vertices=[1]).vertices[0][:, 0, 2].sum()
-        >>> bool(lifted < 0)
         True
         """
         channels = len(self._scene.channels)
@@ -431,12 +415,10 @@ class Solution:
             table = np.repeat(table[:, np.newaxis], channels, axis=1)
         if table.shape != (count, channels):
             raise ValueError(f"weights has shape {table.shape}: expected ({count},) or ({count}, {channels}), one for each {what}")
-        faces = None if vertices is False else _faces(vertices, len(self._scene))
         with watching(None, "derivative"):
-            value, estimate, *columns, by_vertices = self._core.derivative(table.tolist(), places, faces)
+            value, estimate, *columns = self._core.derivative(table.tolist(), places)
         emission, reflectance = (column.reshape((-1, channels)) for column in columns)
-        moved = () if by_vertices is None else ([of.reshape((-1, channels, 3)) for of in by_vertices[0]], by_vertices[1])
-        return Sensitivity(emission, reflectance, abs(emission) * estimate, abs(reflectance) * estimate, value, *moved)
+        return Sensitivity(emission, reflectance, abs(emission) * estimate, abs(reflectance) * estimate, value)
 
     def to_vtu(self, file: PathLike) -> None:
         """Write the solution for ParaView: radiosity and gradient with estimates of their errors at vertices, where these come from on cells."""
@@ -551,16 +533,3 @@ def _kept(scene: "Scene", request: "dict[str, Any]", state: bytes, certificate: 
     if made is not None:
         solution._certificate = Certificate(made[3], made[4], np.array(made[0]))
     return solution
-
-
-def _faces(asked: Any, count: int) -> "list[int]":
-    """Numbers of faces, or all of them."""
-    if asked is True:
-        return list(range(count))
-    faces = np.asarray(asked)
-    if faces.ndim != 1 or (faces.size and faces.dtype.kind not in "iu"):
-        raise ValueError(f"vertices is {asked!r}: expected True, or numbers of faces")
-    for face in faces.tolist():
-        if not 0 <= face < count:
-            raise ValueError(f"vertices has face {face}: the scene has {count}, from 0")
-    return [int(face) for face in faces]

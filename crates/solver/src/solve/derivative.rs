@@ -11,10 +11,6 @@
 //! the emission, so that `sum E_f dJ/dE_f` is J once more: the difference of the two is the error that links, clusters and polynomials
 //! make in I.
 
-mod hats;
-mod kernel;
-pub(crate) mod vertices;
-
 use radgrad_core::DVec3;
 use radgrad_scene::Scene;
 use rayon::prelude::*;
@@ -22,7 +18,6 @@ use rayon::prelude::*;
 use crate::error::Error;
 use crate::field::Field;
 use crate::field::gathering::{MOST_SWEEPS, ratio};
-use crate::links::station::Station;
 use crate::mesh::basis::dot;
 use crate::solve::gather::Sum;
 use crate::solve::solution::Solution;
@@ -76,20 +71,10 @@ struct Importance {
 
 /// A point of a sum, and all that it gathers.
 struct View {
-    station: Station,
     sum: Sum,
     face: Option<usize>,
     rho: Vec<f64>,
     emitted: Vec<f64>,
-}
-
-impl Derivative {
-    /// The derivative of a sum of nothing.
-    fn nothing(scene: &Scene, channels: usize) -> Self {
-        let by_face = vec![vec![0.0; channels]; scene.faces().len()];
-        let none = vec![0.0; channels];
-        Self { value: none.clone(), emission: by_face.clone(), reflectance: by_face, relative_estimate: none }
-    }
 }
 
 impl Solution {
@@ -116,33 +101,26 @@ impl Solution {
     /// # Errors
     /// If weights are not one for each surface and channel or not finite, a point is nowhere, or the importance does not settle.
     pub fn derivative(&self, scene: &Scene, sum: &WeightedSum) -> Result<Derivative, Error> {
-        let mut derivative = Derivative::nothing(scene, self.channels().len());
-        let (importance, _) = self.importance_with_views(scene, sum, &mut derivative)?;
-        let again = self.add_reflected(&importance, &mut derivative);
-        derivative.relative_estimate = self.relative_estimates(&derivative, &again);
-        Ok(derivative)
-    }
-
-    /// The importance of a sum, whose value and derivatives by the light that comes at once are added, and the views of its points.
-    fn importance_with_views(
-        &self,
-        scene: &Scene,
-        sum: &WeightedSum,
-        derivative: &mut Derivative,
-    ) -> Result<(Importance, Vec<View>), Error> {
         self.check_weights(scene, sum)?;
-        let mut first = Field::dark(&self.system.mesh, self.channels().len());
-        self.weigh_surfaces(scene, &sum.surfaces, &mut first, derivative);
+        let (channels, faces) = (self.system.channels.len(), scene.faces().len());
+        let mut derivative = Derivative {
+            value: vec![0.0; channels],
+            emission: vec![vec![0.0; channels]; faces],
+            reflectance: vec![vec![0.0; channels]; faces],
+            relative_estimate: vec![0.0; channels],
+        };
+        let mut first = Field::dark(&self.system.mesh, channels);
+        self.weigh_surfaces(scene, &sum.surfaces, &mut first, &mut derivative);
         let views = sum.points.par_iter().map(|point| self.view(point)).collect::<Result<Vec<_>, Error>>()?;
-        self.weigh_points(&sum.points, &views, &mut first, derivative);
-        Ok((self.importance_from(first)?, views))
-    }
-
-    /// Estimates of relative errors, by the sum that the importance gives and by the solution's.
-    fn relative_estimates(&self, derivative: &Derivative, again: &[f64]) -> Vec<f64> {
-        let of_channel =
-            |(&again, &value): (&f64, &f64)| OF_ONE_FACE * (ratio((again - value).abs(), value.abs()) + self.progress.estimate);
-        again.iter().zip(&derivative.value).map(of_channel).collect()
+        self.weigh_points(&sum.points, &views, &mut first, &mut derivative);
+        let importance = self.importance_from(first)?;
+        let again = self.add_reflected(&importance, &mut derivative);
+        for (channel, again) in again.into_iter().enumerate() {
+            let value = derivative.value[channel];
+            let of_all = ratio((again - value).abs(), value.abs()) + self.progress.estimate;
+            derivative.relative_estimate[channel] = OF_ONE_FACE * of_all;
+        }
+        Ok(derivative)
     }
 
     fn check_weights(&self, scene: &Scene, sum: &WeightedSum) -> Result<(), Error> {
@@ -199,14 +177,14 @@ impl Solution {
             Ok((leaf, foot)) => {
                 let face = mesh.elements()[leaf].face();
                 let [rho, emitted] = self.system.surfaces.reflectance_and_emission(face, foot);
-                let (station, sum) = self.sum_on(leaf, foot)?;
-                Ok(View { station, sum, face: Some(face), rho, emitted })
+                let sum = self.sum_on(leaf, foot)?;
+                Ok(View { sum, face: Some(face), rho, emitted })
             }
             Err(error) if self.is_on_a_face(point.position) => Err(error),
             Err(_) => {
                 let station = self.station_in_space(point.position, point.normal)?;
                 let sum = self.sum_in_space(&station)?;
-                Ok(View { station, sum, face: None, rho: vec![1.0; channels], emitted: vec![0.0; channels] })
+                Ok(View { sum, face: None, rho: vec![1.0; channels], emitted: vec![0.0; channels] })
             }
         }
     }
@@ -215,7 +193,7 @@ impl Solution {
     fn weigh_points(&self, points: &[WeightedPoint], views: &[View], first: &mut Field, derivative: &mut Derivative) {
         let (mesh, channels) = (&self.system.mesh, self.channels().len());
         let mut on_clusters = vec![vec![0.0; mesh.clusters().clusters().len()]; channels];
-        for (point, View { sum: Sum { sums, rows, far, lit, .. }, face, rho, emitted, .. }) in points.iter().zip(views) {
+        for (point, View { sum: Sum { sums, rows, far, lit, .. }, face, rho, emitted }) in points.iter().zip(views) {
             for (channel, &weight) in point.weights.iter().enumerate() {
                 derivative.value[channel] += weight * (emitted[channel] + rho[channel] * sums[channel]);
                 if let Some(face) = *face {

@@ -95,7 +95,7 @@ pub(super) struct Sum {
     errors: Vec<Ledger>,
     pub(super) rows: Vec<(usize, Row)>,
     /// Sights of the sources of rows.
-    pub(super) sights: Vec<Sight>,
+    sights: Vec<Sight>,
     pub(super) far: Far,
     /// The light of lamps that are kept apart.
     pub(super) lit: Option<Lit>,
@@ -186,10 +186,9 @@ impl Solution {
     }
 
     /// The gather of a point of a leaf.
-    pub(super) fn sum_on(&self, leaf: usize, point: DVec3) -> Result<(Station, Sum), Error> {
+    pub(super) fn sum_on(&self, leaf: usize, point: DVec3) -> Result<Sum, Error> {
         let (station, gathers) = self.gathers_on(leaf, point)?;
-        let sum = self.sum(&station, gathers, &self.system.far[self.receiver_of(leaf)]);
-        Ok((station, sum))
+        Ok(self.sum(&station, gathers, &self.system.far[self.receiver_of(leaf)]))
     }
 
     /// The gather of a point that is on no face.

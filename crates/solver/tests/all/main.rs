@@ -8,5 +8,4 @@ mod prepared;
 mod shadow_lines;
 mod shadows;
 mod textures;
-mod vertices;
 mod zatz;
