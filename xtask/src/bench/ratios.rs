@@ -59,7 +59,7 @@ fn measured() -> Result<Vec<Ratio>, Box<dyn Error>> {
         ratio("value_over_lambert", &constant, value, &constant, bare),
         ratio("value_gradient_over_value", &constant, both, &constant, value),
         ratio("linear_over_constant", &linear, both, &constant, both),
-        ratio("derivatives_over_value_gradient", &constant, all, &constant, bounded),
+        ratio("derivatives_over_value_gradient", &constant, differentiated, &constant, bounded),
     ];
     for (names, cases, tolerance) in [
         (["faster_than_cubature_easy_1e6", "one_faster_than_cubature_easy_1e6"], &easy, 1e-6),
@@ -88,7 +88,7 @@ fn bounded(case: &Case) -> f64 {
 }
 
 /// The same with the derivatives by vertices, emission, normal and reflectance.
-fn all(case: &Case) -> f64 {
+fn differentiated(case: &Case) -> f64 {
     black_box(derivatives(&case.receiver, &case.emitter, [], TOLERANCE)).map_or(f64::NAN, |found| found.radiosity.value)
 }
 
