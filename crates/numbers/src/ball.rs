@@ -28,6 +28,11 @@ const UP: f64 = 1.0 + 16.0 * f64::EPSILON;
 /// One below 1 by two roundings.
 const DOWN: f64 = 1.0 - 2.0 * f64::EPSILON;
 
+#[inline(never)]
+fn apart<R>(operation: impl FnOnce() -> R) -> R {
+    operation()
+}
+
 impl<N: Number> Ball<N> {
     #[inline]
     fn new(mid: N, radius: N::Radius) -> Self {
@@ -40,14 +45,16 @@ impl<N: Number> Ball<N> {
         Self::new(mid, propagated + N::roundoff() * mid.size() * units)
     }
 
-    /// Runs an operation: in its place on doubles, as a call on wider numbers, whose code is long and stands in many places.
+    /// Runs a long operation: in its place on doubles, as a call on wider numbers, where it stands in many places.
     #[inline(always)]
     fn called(operation: impl FnOnce() -> Self) -> Self {
-        #[inline(never)]
-        fn apart<R>(operation: impl FnOnce() -> R) -> R {
-            operation()
-        }
         if N::IS_DOUBLE { operation() } else { apart(operation) }
+    }
+
+    /// The same of a sum or a product, which are in their place on double-doubles too.
+    #[inline(always)]
+    fn called_on_many_bits(operation: impl FnOnce() -> Self) -> Self {
+        if N::BEYOND_DOUBLE_DOUBLE { apart(operation) } else { operation() }
     }
 
     /// The number without the bound.
@@ -208,7 +215,7 @@ impl<N: Number> Add for Ball<N> {
     type Output = Self;
     #[inline]
     fn add(self, other: Self) -> Self {
-        Self::called(|| Self::result(self.mid + other.mid, self.radius + other.radius, 1.0))
+        Self::called_on_many_bits(|| Self::result(self.mid + other.mid, self.radius + other.radius, 1.0))
     }
 }
 
@@ -233,7 +240,7 @@ impl<N: Number> Mul for Ball<N> {
     /// `|ab - a'b'| <= |a| rb + ra (|b| + rb)`.
     #[inline]
     fn mul(self, other: Self) -> Self {
-        Self::called(|| {
+        Self::called_on_many_bits(|| {
             let propagated = self.size() * other.radius + self.radius * (other.size() + other.radius);
             Self::result(self.mid * other.mid, propagated + N::tiny(), 1.0)
         })

@@ -62,8 +62,7 @@ def evaluate(
     return differentiable(rtol, arrays((x, normal, vertices, emission, reflectance)), arrays(occluders))
 
 
-@lru_cache(maxsize=1)
-def _worker(process: int) -> ThreadPoolExecutor:
+def _started(process: int) -> ThreadPoolExecutor:
     """A thread of a process that computes as its caller does: those of JAX flush subnormal numbers to zero, where no bound holds. A thread has the
     mode of the one that starts it, so this is first asked for outside of JAX."""
     worker = ThreadPoolExecutor(1, "radgrad.jax")
@@ -71,12 +70,14 @@ def _worker(process: int) -> ThreadPoolExecutor:
     return worker
 
 
+_worker = lru_cache(maxsize=1)(_started)
+
+
 def _computed(of: Callable[..., Any], *given: Any) -> Any:
     return _worker(os.getpid()).submit(of, *given).result()
 
 
-@lru_cache(maxsize=1)
-def _differentiable() -> Any:
+def _made() -> Any:
     """A function of a tolerance, the five arguments and the occluders that JAX differentiates."""
     try:
         jax: Any = importlib.import_module("jax")
@@ -106,6 +107,9 @@ def _differentiable() -> Any:
     made = jax.custom_vjp(value, nondiff_argnums=(0,))
     made.defvjp(lambda *given: (made(*given), given[1:]), pulled_back)
     return made
+
+
+_differentiable = lru_cache(maxsize=1)(_made)
 
 
 def _doubles(arrays: Any) -> Any:
