@@ -231,8 +231,9 @@ fn a_program_in_c_compiles_and_runs() {
         .output()
         .unwrap();
     assert!(compiled.status.success(), "{}", String::from_utf8_lossy(&compiled.stderr));
-    let ran = Command::new(&program).output().unwrap();
-    assert!(ran.status.success(), "it ended with {}", ran.status);
+    // Cargo's path has older libraries of an earlier build before this one.
+    let ran = Command::new(&program).env_remove("LD_LIBRARY_PATH").output().unwrap();
+    assert!(ran.status.success(), "it ended with {}: {}", ran.status, String::from_utf8_lossy(&ran.stderr));
     let printed = String::from_utf8(ran.stdout).unwrap();
     // 0.8 x 100 x the factor of a unit square from a point 1 below its middle, 0.2394...
     let value: f64 = printed.split([' ', '\n']).find_map(|word| word.parse().ok()).unwrap();
