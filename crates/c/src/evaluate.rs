@@ -35,14 +35,9 @@ pub unsafe extern "C" fn radgrad_evaluate(
     tolerance: f64,
     answer: *mut Answer,
 ) -> Status {
-    if emitter.is_null() || position.is_null() || normal.is_null() || answer.is_null() {
-        return Status::RADGRAD_NULL;
-    }
-    // SAFETY: the caller says that they point to three numbers each.
-    let vector = |numbers: *const f64| unsafe { DVec3::new(*numbers, *numbers.add(1), *numbers.add(2)) };
-    let (position, normal) = (vector(position), vector(normal));
-    // SAFETY: the caller says that it is an emitter of this library.
-    let emitter = unsafe { &*emitter }.double.emitter();
+    // SAFETY: the caller says so of them.
+    let given = unsafe { given(emitter, position, normal) };
+    let Some((emitter, position, normal)) = given.filter(|_| !answer.is_null()) else { return Status::RADGRAD_NULL };
     guarded(|| {
         let receiver = Receiver::new(position, normal, reflectance);
         match receiver.and_then(|receiver| radgrad_core::evaluate_to(&receiver, emitter, [], tolerance)) {
@@ -97,14 +92,9 @@ pub unsafe extern "C" fn radgrad_derivatives(
     vertices: *mut f64,
     emission: *mut f64,
 ) -> Status {
-    if emitter.is_null() || position.is_null() || normal.is_null() || slopes.is_null() {
-        return Status::RADGRAD_NULL;
-    }
-    // SAFETY: the caller says that they point to three numbers each.
-    let vector = |numbers: *const f64| unsafe { DVec3::new(*numbers, *numbers.add(1), *numbers.add(2)) };
-    let (position, normal) = (vector(position), vector(normal));
-    // SAFETY: the caller says that it is an emitter of this library.
-    let emitter = unsafe { &*emitter }.double.emitter();
+    // SAFETY: the caller says so of them.
+    let given = unsafe { given(emitter, position, normal) };
+    let Some((emitter, position, normal)) = given.filter(|_| !slopes.is_null()) else { return Status::RADGRAD_NULL };
     guarded(|| {
         let receiver = Receiver::new(position, normal, reflectance);
         let derivatives = match receiver.and_then(|receiver| radgrad_core::derivatives(&receiver, emitter, [], tolerance)) {
@@ -133,6 +123,24 @@ pub unsafe extern "C" fn radgrad_derivatives(
         }
         Status::RADGRAD_OK
     })
+}
+
+/// The emitter, and the receiver's position and normal, unless one is NULL.
+///
+/// # Safety
+/// `position` and `normal` have three numbers each, and `emitter` was made by this library and is there as long as the result.
+unsafe fn given<'a>(
+    emitter: *const Emitter,
+    position: *const f64,
+    normal: *const f64,
+) -> Option<(&'a radgrad_core::Emitter, DVec3, DVec3)> {
+    if emitter.is_null() || position.is_null() || normal.is_null() {
+        return None;
+    }
+    // SAFETY: the caller says that they point to three numbers each.
+    let vector = |numbers: *const f64| unsafe { DVec3::new(*numbers, *numbers.add(1), *numbers.add(2)) };
+    // SAFETY: the caller says that it is an emitter of this library.
+    Some((unsafe { &*emitter }.double.emitter(), vector(position), vector(normal)))
 }
 
 /// Writes numbers one after the other, unless nothing is wanted.

@@ -359,6 +359,7 @@ mod tests {
     use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
 
     use super::*;
+    use crate::boundary::visibility::not_flat::largest;
     use crate::forms::edge_lanes::random::{polygon_and_receiver, vector};
 
     #[test]
@@ -377,16 +378,16 @@ mod tests {
             let case = Case { receiver: &receiver, emitter: &emitter, occluders: &[], plan: &plan };
             let (components, method) = to_tolerance(&All, &case, 1e-14).unwrap().unwrap();
             let theirs = Derivatives::new(&case, components, method);
-            let share = |off: f64, errors: f64| off / errors;
+            let share = |off: f64, errors: f64| if off == 0.0 { 0.0 } else { off / errors };
             let vectors = [(ours.gradient, theirs.gradient), (ours.normal, theirs.normal)];
             let vectors = vectors.into_iter().chain(ours.vertices.iter().copied().zip(theirs.vertices.iter().copied()));
             let numbers = [(ours.radiosity, theirs.radiosity), (ours.reflectance, theirs.reflectance)];
             let numbers = numbers.into_iter().chain(ours.emission.iter().copied().zip(theirs.emission.iter().copied()));
             for (a, b) in vectors {
-                worst[kind] = worst[kind].max(share((a.value - b.value).length(), a.error + b.error));
+                worst[kind] = largest(worst[kind], share((a.value - b.value).length(), a.error + b.error));
             }
             for (a, b) in numbers {
-                worst[kind] = worst[kind].max(share((a.value - b.value).abs(), a.error + b.error));
+                worst[kind] = largest(worst[kind], share((a.value - b.value).abs(), a.error + b.error));
             }
             counts[kind] += 1;
             sharp[kind] += usize::from(Derivatives::on_lanes(&receiver, &emitter, 1e-11).is_some());

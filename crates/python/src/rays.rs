@@ -5,7 +5,9 @@ use std::sync::Arc;
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
-use radgrad_scene::{BlockOperator, Certified, Counted, FactorOperator, FormFactors, RayEntry, RayFactors, RayRow, RaySettings};
+use radgrad_scene::{
+    BlockOperator, Certified, Counted, Error, FactorOperator, FormFactors, RayEntry, RayFactors, RayRow, RaySettings,
+};
 
 use crate::detached::{Ended, Stop, detached};
 use crate::factors::whole;
@@ -15,6 +17,27 @@ use crate::scene::SceneCore;
 
 /// Blocks of rows, after each of which it is looked whether to stop.
 const BLOCKS: usize = 64;
+
+/// A product with the numbers of faces.
+fn product<'py>(
+    py: Python<'py>,
+    q: &PyReadonlyArray1<'_, f64>,
+    by: impl Fn(&[f64]) -> Result<Vec<f64>, Error> + Send + Sync,
+) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    let q = q.as_array().to_vec();
+    Ok(PyArray1::from_vec(py, computed(py, || by(&q))?.map_err(refused)?))
+}
+
+/// The same and its error in each face.
+fn certified<'py>(
+    py: Python<'py>,
+    q: &PyReadonlyArray1<'_, f64>,
+    by: impl Fn(&[f64]) -> Result<Certified, Error> + Send + Sync,
+) -> PyResult<Tuple<'py>> {
+    let q = q.as_array().to_vec();
+    let Certified { product, error } = computed(py, || by(&q))?.map_err(refused)?;
+    (PyArray1::from_vec(py, product), PyArray1::from_vec(py, error)).into_pyobject(py)
+}
 
 /// Settings of the rays; `None` takes Rust's default.
 #[derive(Debug, Clone, Copy, FromPyObject)]
@@ -124,16 +147,12 @@ impl RayCore {
 
     /// `F Q` of so many columns, face by face.
     fn apply<'py>(&self, py: Python<'py>, q: PyReadonlyArray1<'_, f64>, columns: usize) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let q = q.as_array().to_vec();
-        let product = computed(py, || self.0.apply_many(&q, columns))?.map_err(refused)?;
-        Ok(PyArray1::from_vec(py, product))
+        product(py, &q, |q| self.0.apply_many(q, columns))
     }
 
     /// The same and its error in each face.
     fn certified<'py>(&self, py: Python<'py>, q: PyReadonlyArray1<'_, f64>) -> PyResult<Tuple<'py>> {
-        let q = q.as_array().to_vec();
-        let Certified { product, error } = computed(py, || self.0.certified(&q))?.map_err(refused)?;
-        (PyArray1::from_vec(py, product), PyArray1::from_vec(py, error)).into_pyobject(py)
+        certified(py, &q, |q| self.0.certified(q))
     }
 
     /// The error of a product, over the largest of the numbers.
@@ -194,16 +213,12 @@ impl BlockCore {
 
     /// `F Q` of so many columns, face by face.
     fn apply<'py>(&self, py: Python<'py>, q: PyReadonlyArray1<'_, f64>, columns: usize) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let q = q.as_array().to_vec();
-        let product = computed(py, || self.0.apply_many(&q, columns))?.map_err(refused)?;
-        Ok(PyArray1::from_vec(py, product))
+        product(py, &q, |q| self.0.apply_many(q, columns))
     }
 
     /// `F q` and its error in each face.
     fn certified<'py>(&self, py: Python<'py>, q: PyReadonlyArray1<'_, f64>) -> PyResult<Tuple<'py>> {
-        let q = q.as_array().to_vec();
-        let Certified { product, error } = computed(py, || self.0.certified(&q))?.map_err(refused)?;
-        (PyArray1::from_vec(py, product), PyArray1::from_vec(py, error)).into_pyobject(py)
+        certified(py, &q, |q| self.0.certified(q))
     }
 
     /// Bytes that the blocks take.

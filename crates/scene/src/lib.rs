@@ -46,6 +46,8 @@ pub use factors::{
 };
 pub use heat::{Boundary, HeatError, STEFAN_BOLTZMANN, SurfaceHeat, heat_balance, heat_jacobian, reciprocal_areas};
 pub use host::check_host;
+#[doc(hidden)]
+pub use occluders::Boxes;
 pub use occluders::{Beam, Found, Occluders, contains};
 pub use place::{Place, Position};
 pub use reading::{Materials, Reading, read_file};

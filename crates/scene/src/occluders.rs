@@ -16,7 +16,7 @@ mod shape;
 mod tests;
 mod tree;
 
-use radgrad_core::Polygon;
+use radgrad_core::{DVec3, Polygon};
 
 pub use beam::Beam;
 pub(crate) use half_space::Level;
@@ -56,6 +56,27 @@ pub struct Occluders {
     tree: Tree,
     polygons: Vec<Shape>,
     rays: Rays,
+}
+
+/// Boxes, each with its lowest and highest coordinates, searched for those that a box meets.
+#[doc(hidden)]
+#[derive(Debug, Clone)]
+pub struct Boxes(Tree);
+
+impl Boxes {
+    #[must_use]
+    pub fn new(boxes: &[[DVec3; 2]]) -> Self {
+        Self(Tree::over(&boxes.iter().map(|corners| Bounds::of(corners)).collect::<Vec<_>>()))
+    }
+
+    /// The places of all boxes that meet a box, and of some more that are near, ascending.
+    #[must_use]
+    pub fn near(&self, corners: [DVec3; 2]) -> Vec<usize> {
+        let mut near = Vec::new();
+        self.0.near(&Bounds::of(&corners), |place| near.push(place));
+        near.sort_unstable();
+        near
+    }
 }
 
 /// Heights over a polygon's plane, relative to the lengths at hand, below which a point is in the plane for rays and segments.

@@ -1,7 +1,6 @@
 //! All elements of a scene, and the faces that lie between them.
 
 pub(crate) mod basis;
-mod boxes;
 pub(crate) mod clusters;
 pub(crate) mod contact;
 pub(crate) mod element;
@@ -17,12 +16,11 @@ pub(crate) mod surfaces;
 pub(crate) mod texture;
 
 use radgrad_core::{DVec3, Polygon, Receiver};
-use radgrad_scene::{Beam, Occluders, Scene, largest, smallest, triangulate};
+use radgrad_scene::{Beam, Boxes, Occluders, Scene, largest, smallest, triangulate};
 
 use crate::bytes::Bytes;
 use crate::error::Error;
 use crate::mesh::basis::Basis;
-use crate::mesh::boxes::Boxes;
 use crate::mesh::clusters::Clusters;
 use crate::mesh::element::{Element, around};
 use crate::mesh::outline::{Cut, Given, LARGE, MOST_SLICES, is_long, slices, with_parallelogram};
@@ -124,7 +122,8 @@ impl Mesh {
         let convex = convex.collect::<Result<Vec<_>, Error>>()?;
         let boxes: Vec<[DVec3; 2]> = polygons.iter().map(|polygon| around(polygon.vertices())).collect();
         // Those that are far away stand on nothing, and hang over nothing closely.
-        let index = Boxes::new(&boxes);
+        let close = if matches!(cut, Cut::Few) { contact::CLOSE } else { 0.0 };
+        let index = Boxes::new(&boxes.iter().map(|sides| widened(sides, close)).collect::<Vec<_>>());
         let others = |face: usize, close: f64| {
             let [low, high] = boxes[face];
             let own = 1e-6 * (high - low).max_element();
@@ -132,7 +131,7 @@ impl Mesh {
                 let reach = DVec3::splat(largest(own, close * (*to - *from).max_element()));
                 from.cmple(high + reach).all() && to.cmpge(low - reach).all()
             };
-            let near = index.near([low, high], own, close).into_iter();
+            let near = index.near([low - own, high + own]).into_iter();
             let boxes = &boxes;
             near.filter(move |&other| other != face && meets(&boxes[other])).map(|other| &polygons[other])
         };
@@ -144,7 +143,6 @@ impl Mesh {
         let area: f64 = polygons.iter().map(Polygon::area).sum();
         let (mut elements, mut roots_of_face) = (Vec::new(), vec![Vec::new(); polygons.len()]);
         for (face, polygon) in polygons.iter().enumerate().filter(|(face, _)| exchanges[*face]) {
-            let close = if matches!(cut, Cut::Few) { contact::CLOSE } else { 0.0 };
             let is_shortened = matches!(cut, Cut::Few) && is_long(polygon.vertices()) && polygon.area() >= LARGE * area;
             let sliced = (is_shortened || slices_are_few).then(|| slices(polygon.vertices())).flatten();
             let whole = sliced.as_ref().filter(|_| is_shortened).unwrap_or(&convex[face]);
@@ -470,4 +468,49 @@ pub(crate) fn convex_parts(polygon: &Polygon) -> Option<Vec<Vec<DVec3>>> {
         return Some(vec![v.to_vec()]);
     }
     Some(triangulate(v)?.into_iter().map(|corners| corners.map(|i| v[i]).to_vec()).collect())
+}
+
+/// A box that is wider by a part of its longest side on every side, and by the rounding of that.
+fn widened([low, high]: &[DVec3; 2], part: f64) -> [DVec3; 2] {
+    let reach = part * (*high - *low).max_element();
+    let rounding = if part == 0.0 { 0.0 } else { 1e-12 * largest(low.abs().max_element(), high.abs().max_element()) };
+    [*low - (reach + rounding), *high + (reach + rounding)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_box_that_is_near_is_missed_and_few_others_are_found() {
+        let mut state = 1_u64;
+        let mut uniform = move || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1_u64 << 53) as f64
+        };
+        let boxes: Vec<[DVec3; 2]> = (0..2000)
+            .map(|k| {
+                let low = DVec3::new(uniform(), uniform(), if k % 2 == 0 { 0.0 } else { uniform() });
+                [low, low + DVec3::new(uniform(), uniform(), uniform()) * if k % 100 == 0 { 0.5 } else { 0.02 }]
+            })
+            .collect();
+        let (mut met, mut looked_at) = (0, 0);
+        for part in [0.0, 0.8] {
+            let index = Boxes::new(&boxes.iter().map(|sides| widened(sides, part)).collect::<Vec<_>>());
+            for own in &boxes {
+                let hits = index.near([own[0] - 1e-9, own[1] + 1e-9]);
+                assert!(hits.is_sorted());
+                looked_at += hits.len();
+                for (other, [from, to]) in boxes.iter().enumerate() {
+                    let reach = DVec3::splat(largest(1e-9, part * (*to - *from).max_element()));
+                    if from.cmple(own[1] + reach).all() && to.cmpge(own[0] - reach).all() {
+                        met += 1;
+                        assert!(hits.binary_search(&other).is_ok(), "{own:?} {other}");
+                    }
+                }
+            }
+        }
+        assert!(met > 10_000 && looked_at < 2000 * boxes.len() / 2, "{met} {looked_at}");
+        assert_eq!(Boxes::new(&[]).near([DVec3::ZERO; 2]), [0; 0]);
+    }
 }

@@ -347,8 +347,8 @@ impl Case<'_> {
     }
 
     /// Whether an error in double-double, of something of the size that follows, is the input's, given its error in double precision: the
-    /// emitter is off a plane, or its vertex values are off one affine function, and more bits leave that as it is. Where screens may be
-    /// between, more bits may decide what is seen.
+    /// emitter is off a plane, or its vertex values are off one affine function, and more bits leave that as it is. Where occluders may be
+    /// between, more bits may decide which part is visible.
     pub(super) fn is_error_of_input(&self, [error, size, before]: [f64; 3]) -> bool {
         // Less the rounding to doubles.
         self.occluders.is_empty() && self.emitter.has_defect() && error - 1.01 * ROUNDOFF * size > LEAST_FALL * before

@@ -17,7 +17,7 @@ use radgrad_core::DVec3;
 use rayon::prelude::*;
 
 use super::limits::Chances;
-use super::operator::{Certified, FactorOperator, check, in_eights};
+use super::operator::{Certified, FactorOperator, Products};
 use super::pairs::RayFactors;
 use super::short;
 use crate::{Error, largest as larger};
@@ -370,12 +370,7 @@ impl BlockOperator {
     /// # Errors
     /// If there are not so many finite numbers for each face.
     pub fn apply_many(&self, q: &[f64], columns: usize) -> Result<Vec<f64>, Error> {
-        check(q, self.len(), columns)?;
-        Ok(match columns {
-            0 => Vec::new(),
-            1 => self.products::<1>(q.as_chunks().0).into_flattened(),
-            _ => in_eights(q, columns, |q| self.products(q)),
-        })
+        self.of_columns(q, columns)
     }
 
     /// The same with an error for each face: that of the factors, and that of far blocks.
@@ -438,6 +433,12 @@ impl BlockOperator {
             errors[face as usize] = spread / self.areas[face as usize] + rounding;
         }
         errors
+    }
+}
+
+impl Products for BlockOperator {
+    fn faces(&self) -> usize {
+        self.len()
     }
 
     fn products<const K: usize>(&self, q: &[[f64; K]]) -> Vec<[f64; K]> {

@@ -89,24 +89,7 @@ impl FactorOperator {
     /// # Errors
     /// If there are not so many finite numbers for each face.
     pub fn apply_many(&self, q: &[f64], columns: usize) -> Result<Vec<f64>, Error> {
-        check(q, self.len(), columns)?;
-        Ok(match columns {
-            0 => Vec::new(),
-            1 => self.products::<1>(q.as_chunks().0).into_flattened(),
-            _ => in_eights(q, columns, |q| self.products(q)),
-        })
-    }
-
-    fn products<const K: usize>(&self, q: &[[f64; K]]) -> Vec<[f64; K]> {
-        let (scale, areas) = (self.factors.scale(), &self.factors.known.areas);
-        let scaled: Vec<[f64; K]> = q.iter().zip(scale).map(|(q, x)| q.map(|q| q * x)).collect();
-        let [mut counted, near] = self.factors.products([&scaled, q]);
-        for (i, sums) in counted.iter_mut().enumerate() {
-            for (sum, near) in sums.iter_mut().zip(near[i]) {
-                *sum = (*sum * scale[i] + near) / areas[i];
-            }
-        }
-        counted
+        self.of_columns(q, columns)
     }
 
     /// The same with an error for each face.
@@ -161,11 +144,46 @@ impl FactorOperator {
     }
 }
 
+/// The product with some columns at once, by which that with any number of them is found.
+pub(super) trait Products {
+    fn faces(&self) -> usize;
+
+    fn products<const K: usize>(&self, q: &[[f64; K]]) -> Vec<[f64; K]>;
+
+    /// `F Q` of so many columns, face by face.
+    fn of_columns(&self, q: &[f64], columns: usize) -> Result<Vec<f64>, Error> {
+        check(q, self.faces(), columns)?;
+        Ok(match columns {
+            0 => Vec::new(),
+            1 => self.products::<1>(q.as_chunks().0).into_flattened(),
+            _ => in_eights(q, columns, |q| self.products(q)),
+        })
+    }
+}
+
+impl Products for FactorOperator {
+    fn faces(&self) -> usize {
+        self.len()
+    }
+
+    fn products<const K: usize>(&self, q: &[[f64; K]]) -> Vec<[f64; K]> {
+        let (scale, areas) = (self.factors.scale(), &self.factors.known.areas);
+        let scaled: Vec<[f64; K]> = q.iter().zip(scale).map(|(q, x)| q.map(|q| q * x)).collect();
+        let [mut counted, near] = self.factors.products([&scaled, q]);
+        for (i, sums) in counted.iter_mut().enumerate() {
+            for (sum, near) in sums.iter_mut().zip(near[i]) {
+                *sum = (*sum * scale[i] + near) / areas[i];
+            }
+        }
+        counted
+    }
+}
+
 /// Lists of numbers that are multiplied at once.
 const AT_ONCE: usize = 8;
 
 /// Products of columns, some at once.
-pub(super) fn in_eights(q: &[f64], columns: usize, products: impl Fn(&[[f64; AT_ONCE]]) -> Vec<[f64; AT_ONCE]>) -> Vec<f64> {
+fn in_eights(q: &[f64], columns: usize, products: impl Fn(&[[f64; AT_ONCE]]) -> Vec<[f64; AT_ONCE]>) -> Vec<f64> {
     let mut rows = vec![0.0; q.len()];
     for first in (0..columns).step_by(AT_ONCE) {
         let count = AT_ONCE.min(columns - first);
@@ -179,7 +197,7 @@ pub(super) fn in_eights(q: &[f64], columns: usize, products: impl Fn(&[[f64; AT_
 }
 
 /// Refuses a list that is not so many finite numbers for each of so many faces.
-pub(super) fn check(q: &[f64], faces: usize, columns: usize) -> Result<(), Error> {
+fn check(q: &[f64], faces: usize, columns: usize) -> Result<(), Error> {
     let expected = || match columns {
         1 => format!("a finite number for each of the {faces} faces"),
         _ => format!("{columns} finite numbers for each of the {faces} faces"),
