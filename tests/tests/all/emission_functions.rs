@@ -84,14 +84,14 @@ fn tally(kind: Kind, count: u64, gradient: impl Fn(&Patchwork, DVec3) -> Option<
 fn nothing_is_converged_and_wrong() {
     let mut cases = 0;
     for kind in Kind::ALL {
-        let tally = tally(kind, 30, |work, y| work.is_continuous.then(|| work.gradient(y)));
+        let tally = tally(kind, 12, |work, y| work.is_continuous.then(|| work.gradient(y)));
         assert_eq!(tally.silent, 0, "{kind:?}: {tally:?}");
-        // A cautious estimate, not a bound: one in a hundred of rough functions may be short.
-        assert!(tally.underestimated <= if kind == Kind::Smooth { 0 } else { 3 }, "{kind:?}: {tally:?}");
-        assert!(tally.converged >= if kind == Kind::Smooth { 160 } else { 30 }, "{kind:?}: {tally:?}");
-        cases += 180 - tally.refused;
+        // A cautious estimate, not a bound: of rough functions one may be short.
+        assert!(tally.underestimated <= usize::from(kind != Kind::Smooth), "{kind:?}: {tally:?}");
+        assert!(tally.converged >= if kind == Kind::Smooth { 60 } else { 10 }, "{kind:?}: {tally:?}");
+        cases += 72 - tally.refused;
     }
-    assert!(cases > 700, "{cases}");
+    assert!(cases > 270, "{cases}");
 }
 
 #[test]

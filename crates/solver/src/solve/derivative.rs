@@ -359,7 +359,7 @@ mod tests {
                 values[face] += step;
                 values
             };
-            for face in [1, 6, 7] {
+            for face in [1, 6] {
                 let steps = [0.05, -0.05].map(|step| solved(&changed(&rho, face, step), &emission, error));
                 let brighter = solved(&rho, &changed(&emission, face, 5.0), error);
                 for (index, derivative) in derivatives.iter().enumerate() {
