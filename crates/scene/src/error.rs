@@ -360,12 +360,22 @@ impl From<serde_json::Error> for Error {
 
 /// A better message than serde's for an unknown field, with the name that was probably meant.
 fn misspelt(rule: &str) -> Option<String> {
-    let (field, known) = rule.strip_prefix("unknown field `")?.rsplit_once("`, expected ")?;
-    let distance = |name: &&str| edits(field, name);
-    let fields: Vec<&str> = known.split('`').skip(1).step_by(2).collect();
-    let nearest = fields.iter().copied().filter(|name| edits(field, name) <= name.len().div_ceil(2)).min_by_key(distance);
-    let meant = nearest.map_or_else(|| ":".to_owned(), |name| format!(": did you mean `{name}`?"));
-    Some(format!("there is no field {}{meant} there are `{}`", quoted(Some(field)), fields.join("`, `")))
+    let (field, fields) = rule.strip_prefix("unknown field `")?.rsplit_once("`, expected ")?;
+    Some(format!("there is no field {}: {}", quoted(Some(field)), candidates(field, fields.split('`').skip(1).step_by(2))))
+}
+
+/// The names that there are in place of one that is not among them, and which of them was probably meant.
+pub(crate) fn candidates<'a>(name: &str, names: impl Iterator<Item = &'a str>) -> String {
+    const SHOWN: usize = 20;
+    let names: Vec<&str> = names.collect();
+    let is_near = |other: &&str| edits(name, other) <= other.len().div_ceil(2);
+    let nearest = names.iter().copied().filter(is_near).min_by_key(|other| edits(name, other));
+    let meant = nearest.map_or_else(String::new, |other| format!("did you mean `{}`? ", printable(other)));
+    let mut shown: Vec<String> = names.iter().take(SHOWN).map(|other| format!("`{}`", printable(other))).collect();
+    if let Some(more @ 1..) = names.len().checked_sub(SHOWN) {
+        shown.push(format!("and {more} more"));
+    }
+    format!("{meant}there are {}", shown.join(", "))
 }
 
 /// The least number of letters to put in, take out or change between two words (Levenshtein), of the first 64.

@@ -25,6 +25,7 @@ use std::path::{Path, PathBuf};
 use radgrad_core::DVec3;
 
 use self::map::Textures;
+use crate::error::candidates;
 use crate::reading::{Budget, Folder, ReadFile};
 use crate::scene::{Intake, Outline, Vertices};
 use crate::words::{Words, lines, printable, quoted};
@@ -123,6 +124,9 @@ fn for_each_statement(text: &str, mut take: impl FnMut(usize, &str) -> Result<()
     }
     if joined.trim_ascii().is_empty() { Ok(()) } else { take(first, &joined) }
 }
+
+/// Unknown materials whose names are compared with all others, to say which was probably meant.
+const MOST_COMPARED: usize = 64;
 
 /// Materials by their names, those of libraries and those that are only asked for.
 #[derive(Default)]
@@ -337,10 +341,17 @@ impl Reader<'_> {
         }
         let candidates = match &self.missing {
             Some(missing) => missing.clone(),
+            // The first face of one is refused: those after very many are compared with no name.
+            None if self.materials.unknown.len() >= MOST_COMPARED => "no library has a material of this name".to_owned(),
             None => {
-                let is_known = |material: &&usize| !self.materials.unknown.contains(material);
-                let count = self.materials.names.values().filter(is_known).count();
-                format!("{count} are known from {} libraries", self.libraries.len())
+                let mut names: Vec<(usize, &str)> = self.materials.names.iter().map(|(name, &index)| (index, name.as_str())).collect();
+                names.retain(|(index, _)| !self.materials.unknown.contains(index));
+                names.sort_unstable();
+                if names.is_empty() {
+                    "no library names one: `mtllib FILE` before it reads a library".to_owned()
+                } else {
+                    candidates(name, names.into_iter().map(|(_, name)| name))
+                }
             }
         };
         let missing = Error::Missing { what: "material", which: quoted(Some(name)), known: candidates };

@@ -30,6 +30,7 @@ use std::sync::Arc;
 use radgrad_core::{DVec3, Polygon};
 use serde::Serialize;
 
+use crate::error::candidates;
 use crate::output::extension;
 use crate::texture::{Chart, Quantity, Texture};
 use crate::words::printable;
@@ -460,14 +461,8 @@ impl Scene {
                 known: format!("surfaces {first} and {second} (from 0) have that name"),
             }),
             (None, _) => {
-                const SHOWN: usize = 20;
-                let mut names: Vec<String> =
-                    self.surfaces.iter().take(SHOWN).map(|s| format!("`{}`", printable(&s.name))).collect();
-                if let Some(more @ 1..) = self.surfaces.len().checked_sub(SHOWN) {
-                    names.push(format!("and {more} more"));
-                }
-                let which = format!("`{}`", printable(name));
-                Err(Error::Missing { what: "surface", which, known: format!("there are {}", names.join(", ")) })
+                let known = candidates(name, self.surfaces.iter().map(|surface| surface.name.as_str()));
+                Err(Error::Missing { what: "surface", which: format!("`{}`", printable(name)), known })
             }
         }
     }

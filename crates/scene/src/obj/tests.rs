@@ -114,7 +114,7 @@ fn a_missing_library_or_material_is_named_with_its_line() {
     let notes: Vec<String> = read.notes().iter().map(ToString::to_string).collect();
     assert_eq!(notes[0], "a.obj:2: `none.mtl` cannot be read: no such file");
     assert!(notes[1].ends_with("no such file: taken as black") && read.materials()[0].name() == "grey", "{notes:?}");
-    let expected = "a.obj:6: there is no material `gray`: 1 are known from 1 libraries";
+    let expected = "a.obj:6: there is no material `gray`: did you mean `grey`? there are `grey`";
     assert_eq!(message(&format!("{SQUARE}mtllib a.mtl\nusemtl gray\nusemtl white\nusemtl gray\nf 1 2 3\n")), expected);
     // None has a face.
     let read = scene(&format!("{SQUARE}mtllib a.mtl\nusemtl gray\nusemtl grey\nf 1 2 3\n")).unwrap();
