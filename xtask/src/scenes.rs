@@ -11,7 +11,6 @@ use radgrad_audit::gates::Gates;
 use radgrad_audit::name::UnknownFamily;
 use radgrad_audit::scenes::brackets::{self, Brackets};
 use radgrad_audit::scenes::family::{Family, Name};
-use radgrad_audit::scenes::faults::{Fault, Found, find};
 use radgrad_audit::scenes::gradients::{self, Gradients};
 use radgrad_audit::scenes::judge::{Ending, judge};
 use radgrad_audit::scenes::model::Model;
@@ -36,9 +35,6 @@ const BESIDE: [u64; 2] = [160, 32];
 /// Scenes after which a run that nobody watches says how far it is.
 const STEP: u64 = 50;
 
-/// Scenes of each of its families that a fault is looked for in.
-const LOOKED_AT: usize = 4;
-
 /// Failing scenes that are shrunk, and smaller ones that are tried for each.
 const SHRUNK: usize = 3;
 const TRIES: usize = 60;
@@ -49,18 +45,17 @@ pub(crate) fn run(arguments: &Arguments, gates: &Gates) -> Result<bool, Box<dyn 
     // More scenes share the rays of so many: a larger campaign has more placements of light.
     let part = |rays: usize| rays.div_ceil(usize::try_from(cases.div_ceil(CASES).max(1)).unwrap_or(usize::MAX));
     let effort = Effort { rays: part(EFFORT.rays), rays_a_point: part(EFFORT.rays_a_point), ..EFFORT };
-    // Faults are looked for in all families.
-    let held = hold(cases, arguments.scene_families() == Family::ALL, &effort, arguments, gates)?;
+    let held = hold(cases, &effort, arguments, gates)?;
     Ok(ended(held.passed))
 }
 
-/// The scenes beside the other cases of `verify`, with half the rays; faults are planted by `--scenes` and by a test.
+/// The scenes beside the other cases of `verify`, with half the rays.
 pub(crate) fn beside(arguments: &Arguments, gates: &Gates) -> Result<Held, Box<dyn Error>> {
     let effort = Effort { rays: EFFORT.rays / 2, rays_a_point: EFFORT.rays_a_point / 2, ..EFFORT };
-    hold(BESIDE[usize::from(arguments.quick)], false, &effort, arguments, gates)
+    hold(BESIDE[usize::from(arguments.quick)], &effort, arguments, gates)
 }
 
-fn hold(cases: u64, plant: bool, effort: &Effort, arguments: &Arguments, gates: &Gates) -> Result<Held, Box<dyn Error>> {
+fn hold(cases: u64, effort: &Effort, arguments: &Arguments, gates: &Gates) -> Result<Held, Box<dyn Error>> {
     let out = &arguments.out;
     let start = Instant::now();
     let families = arguments.scene_families();
@@ -121,9 +116,6 @@ fn hold(cases: u64, plant: bool, effort: &Effort, arguments: &Arguments, gates: 
             report(violation, &mut record);
         }
         shrink_some(&table.violations, out)?;
-    }
-    if plant {
-        plant_faults(arguments, requirement.missed_faults, &mut record)?;
     }
     if judged == 0 {
         record.violated("scenes: nothing was judged", "cargo xtask verify --scenes");
@@ -320,33 +312,6 @@ fn write(model: &Model, name: &str, out: &Path) -> Result<PathBuf, Box<dyn Error
     let file = folder.join(format!("{name}.obj"));
     files::write(&file, obj)?;
     Ok(file)
-}
-
-fn plant_faults(arguments: &Arguments, may_miss: u64, record: &mut Record) -> Result<(), Box<dyn Error>> {
-    let planted = find(&Fault::ALL, arguments.seed, LOOKED_AT, &EFFORT);
-    let mut printed = Ranked::new(&["fault planted in a scene", "asked", "scenes tried", "caught by"]);
-    let mut table = csv::Writer::from_writer(Vec::new());
-    table.write_record(["fault", "subject", "scenes", "caught_by"])?;
-    for Found { fault, scenes, by } in &planted {
-        let caught_by = by.map_or_else(String::new, |name| name.to_string());
-        let cells = [fault.name().to_owned(), fault.subject().name().to_owned(), scenes.to_string(), caught_by];
-        table.write_record(&cells)?;
-        printed.add(if by.is_none() { f64::INFINITY } else { *scenes as f64 }, cells.into());
-    }
-    files::write(&arguments.out.join("scene-faults.csv"), table.into_inner()?)?;
-    println!("{}", printed.printed(arguments.tables));
-    let missed: Vec<&Found> = planted.iter().filter(|planted| planted.by.is_none()).collect();
-    record.note("faults_planted", planted.len());
-    record.note("faults_missed", missed.len());
-    if missed.len() as u64 > may_miss {
-        for planted in missed {
-            record.violated(
-                format_args!("scenes: {} is not caught in {} scenes", planted.fault.name(), planted.scenes),
-                "cargo xtask verify --scenes",
-            );
-        }
-    }
-    Ok(())
 }
 
 /// Everything that is said of one scene; writes it as OBJ. Whether nothing is wrong.

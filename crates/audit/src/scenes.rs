@@ -9,7 +9,7 @@
 //!   -> Row of a family and a subject  table: counts, medians, time; gates
 //!   certificates: limits that hold with a stated probability, against the truth of the solution beside them
 //!   brackets: factors pair by pair, many thousands, against few rays each
-//!   shrink: the fewest faces that still break a bound; faults: planted errors, each of which the audit must find
+//!   shrink: the fewest faces that still break a bound
 //! ```
 //!
 //! A bound is **broken** only if `|stated - truth|` is above the bound and half the width of the truth's interval together. Where
@@ -21,7 +21,6 @@ pub mod brackets;
 mod certificates;
 pub mod draw;
 pub mod family;
-pub mod faults;
 pub mod gradients;
 pub mod judge;
 pub mod model;

@@ -28,8 +28,6 @@ pub struct Requirement {
     pub most_missed: f64,
     /// Least part of the statements of a family that was judged.
     pub least_judged: f64,
-    /// Faults planted that may be missed.
-    pub missed_faults: u64,
     /// Least share of gradients within a hundredth of their length.
     pub least_gradients: f64,
     /// Largest median of the estimates of their errors over the errors.
@@ -53,7 +51,6 @@ impl Default for Requirement {
             most_off: 0.05,
             most_missed: 0.015,
             least_judged: 0.5,
-            missed_faults: 0,
             least_gradients: 0.95,
             most_gradient_estimate: 5.0,
         }
