@@ -13,7 +13,7 @@
 //! | in free sight, apart by more than half the size of a face | product Gauss rule on both areas ([`exchange`]) | a few nodes are within the error asked for, by a bound known before |
 //! | in free sight, nearer | sum over pairs of edges, closed or by a rule | the kernel is singular where faces touch, logarithms are not |
 //! | past others, all of it within the tolerance and ten times the error that its value may have | four points of the smaller face | nothing to all is a bracket |
-//! | past others, all of it within the tolerance | integral over points ([`cubature`]), in double precision ([`glance`]) | the same, and more is asked of the value |
+//! | past others, all of it within the tolerance | integral over points ([`cubature`]), in double precision ([`point_factor`]) | the same, and more is asked of the value |
 //! | past others, else | pairs of cells that see each other wholly, not at all or in part ([`bracket`]), and that integral | the bracket narrows to the tolerance |
 //!
 //! The value lies in the bracket. Nothing is normalised: whether rows of a closed scene sum to 1 is evidence. [`FactorMatrix::repair`] moves
@@ -24,13 +24,13 @@
 mod block;
 mod bracket;
 mod cubature;
+mod culling;
 mod exchange;
 mod field;
-mod glance;
-mod hiding;
 mod matrix;
 mod narrow;
 mod pair;
+mod point_factor;
 #[doc(hidden)]
 pub mod probes;
 mod rays;
@@ -55,8 +55,8 @@ pub use rays::{BlockOperator, Certified, Counted, FactorOperator, RayEntry, RayF
 pub use repair::Repaired;
 pub use rule::gauss_legendre;
 
+use self::culling::Neighbours;
 use self::exchange::Part;
-use self::hiding::Neighbours;
 use self::rule::patches;
 use self::screen::{Cells, Screen, Sight};
 use crate::occluders::{Tree, may_hide, perimeter};

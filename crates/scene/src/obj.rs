@@ -344,7 +344,8 @@ impl Reader<'_> {
             // The first face of one is refused: those after very many are compared with no name.
             None if self.materials.unknown.len() >= MOST_COMPARED => "no library has a material of this name".to_owned(),
             None => {
-                let mut names: Vec<(usize, &str)> = self.materials.names.iter().map(|(name, &index)| (index, name.as_str())).collect();
+                let mut names: Vec<(usize, &str)> =
+                    self.materials.names.iter().map(|(name, &index)| (index, name.as_str())).collect();
                 names.retain(|(index, _)| !self.materials.unknown.contains(index));
                 names.sort_unstable();
                 if names.is_empty() {

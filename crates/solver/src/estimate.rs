@@ -5,8 +5,8 @@
 //! of the gather obeys `e = B - B_g = rho G r + rho G e`.
 //!
 //! ```text
-//! links -> SeenSources  seen: sources that a receiver's nodes see: receivers and the elements above them
-//!   -> importance       importance: z, how much of a unit of light is reflected anywhere; rise: its defect
+//! links -> VisibleSources  visible_sources: those that a receiver's nodes see: receivers and the elements above them
+//!   -> importance       importance: z, how much of a unit of light is reflected anywhere; supersolution: its defect
 //!   -> mean             mean: |e| over all area, from z and from the cancellation in G r
 //!   -> at points        point: largest values near by and means far away, when they are asked for
 //! ```
@@ -16,17 +16,17 @@
 //!
 //! Where a figure has to hold at every point of an element, the difference between the largest value at the nodes and the least
 //! is added. That, and the values of z and of gathers of the residual between nodes, are estimates of the same kind as the
-//! residual's. Only light that no sample sees is bounded by geometry ([`unseen`]).
+//! residual's. Only light that no sample sees is bounded by geometry ([`unsampled`]).
 
 mod importance;
 pub(crate) mod ledger;
 mod mean;
 pub(crate) mod point;
 pub(crate) mod residual;
-mod rise;
-mod seen;
 pub(crate) mod sources;
-pub(crate) mod unseen;
+mod supersolution;
+pub(crate) mod unsampled;
+mod visible_sources;
 
 use std::sync::OnceLock;
 

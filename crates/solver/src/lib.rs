@@ -56,7 +56,7 @@ pub use solve::by_surface::SurfaceRadiosity;
 pub use solve::derivative::{Derivative, WeightedPoint, WeightedSum};
 pub use solve::gather::{Gathered, Irradiance};
 pub use solve::gradient::{Gradient, SurfaceGradient};
+pub use solve::gradient_rounds::GradientRounds;
 pub use solve::options::{Marking, Next, Options, Progress};
-pub use solve::rounds::GradientRounds;
 pub use solve::solution::Solution;
 pub use solve::{solve, solve_for, solve_from};

@@ -5,7 +5,7 @@ use radgrad_scene::Scene;
 
 use crate::clock::Clock;
 use crate::error::Error;
-use crate::estimate::unseen::{Edges, Outlined};
+use crate::estimate::unsampled::{Edges, Outlined};
 use crate::links::cell::Rules;
 use crate::links::cluster::glow::ClusterEmission;
 use crate::links::cluster::sampled::Draw;

@@ -11,33 +11,33 @@
 pub(crate) mod by_surface;
 mod check;
 pub(crate) mod derivative;
-pub(crate) mod detail;
+mod direct_light;
 mod divide;
 mod dual;
+mod error_gradient;
+mod error_samples;
 pub(crate) mod gather;
+mod goal;
+mod goal_points;
 pub(crate) mod gradient;
-mod kept;
+pub(crate) mod gradient_rounds;
 mod layers;
-mod left;
-mod light;
-mod linked;
+mod linking;
+mod lossless;
 mod marking;
-mod near;
+pub(crate) mod next_degree;
 pub(crate) mod options;
 mod queries;
-pub(crate) mod rounds;
+mod residuals;
 mod samples;
 mod saved;
-mod second;
-mod serve;
-mod served;
+mod second_gather;
 mod shadows;
 pub(crate) mod solution;
 mod sweep;
 #[cfg(test)]
 mod tests;
 pub(crate) mod wedge;
-mod white;
 
 use std::time::Duration;
 
@@ -47,7 +47,7 @@ use radgrad_scene::{Prepared, Quantity, Scene, largest, smallest};
 use crate::clock::Clock;
 use crate::error::Error;
 use crate::estimate::ErrorEstimate;
-use crate::estimate::unseen::Edges;
+use crate::estimate::unsampled::Edges;
 use crate::field::Field;
 use crate::links::cell::Rules;
 use crate::links::direct::Lamps;
@@ -57,8 +57,8 @@ use crate::mesh::clusters::FEWEST as MANY;
 use crate::mesh::element::Element;
 use crate::mesh::outline::Cut;
 use crate::mesh::surfaces::Surfaces;
+use crate::solve::goal_points::GoalPoints;
 use crate::solve::options::{Marking, Next, Options, Progress};
-use crate::solve::served::Served;
 use crate::solve::solution::{Budget, Caches, Radiosity, Refinement, Solution};
 use crate::system::System;
 
@@ -215,14 +215,14 @@ pub fn solve_for<N: Into<Next>>(
         }
         mesh.divide(element)?;
     }
-    solve_on(&ready, &options, (mesh, Served::at_points(points)), watch)
+    solve_on(&ready, &options, (mesh, GoalPoints::at_points(points)), watch)
 }
 
 /// The same on a mesh of a scene that is ready, with options in its unit.
 pub(crate) fn solve_on<N: Into<Next>>(
     ready: &Prepared,
     options: &Options,
-    (mut mesh, served): (Mesh, Served),
+    (mut mesh, served): (Mesh, GoalPoints),
     mut watch: impl FnMut(&Solution) -> N,
 ) -> Result<Solution, Error> {
     let scene = &ready.scene;
@@ -304,7 +304,7 @@ fn nearest_of_few(mesh: &Mesh) -> Option<f64> {
 }
 
 /// The solution before the first round: no light yet.
-fn dark(ready: &Prepared, options: &Options, (mesh, served): (Mesh, Served), clock: Clock) -> Result<Solution, Error> {
+fn dark(ready: &Prepared, options: &Options, (mesh, served): (Mesh, GoalPoints), clock: Clock) -> Result<Solution, Error> {
     let scene = &ready.scene;
     let channels = scene.channels().to_vec();
     let mut surfaces = Surfaces::from_scene(scene);
@@ -315,7 +315,7 @@ fn dark(ready: &Prepared, options: &Options, (mesh, served): (Mesh, Served), clo
     let precision = |is_even: bool| largest(options.error * if is_even { GLOWING_PART } else { EVALUATION_PART }, FINEST);
     let may_be_even = may_be_even(&mesh, &lamps);
     surfaces.check(&channels)?;
-    white::settle(scene, &mesh, &mut surfaces)?;
+    lossless::settle(scene, &mesh, &mut surfaces)?;
     let radiosity = Radiosity {
         field: Field::dark(&mesh, channels.len()),
         own: Vec::new(),

@@ -6,7 +6,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::hiding::Wanted;
+use super::culling::Wanted;
 use super::matrix::Pair;
 use super::pair::Known;
 use super::{FactorMatrix, FactorSettings, FormFactors};

@@ -3,7 +3,7 @@
 //!
 //! A product Gauss rule on the smaller cell of a pair is compared with one of fewer points, and the piece that differs most is
 //! halved across the direction in which the visible share bends most, until the sum of differences is small enough or the points
-//! are spent. Each point's share has a closed form, occlusion included: without bounds in double precision ([`super::glance`])
+//! are spent. Each point's share has a closed form, occlusion included: without bounds in double precision ([`super::point_factor`])
 //! or, by
 //! [`Rule::PRECISE`], by the evaluations of core.
 //!
@@ -18,7 +18,7 @@ use std::collections::BinaryHeap;
 use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver};
 
 use super::bracket::{Hider, Mixed};
-use super::glance::Glance;
+use super::point_factor::PointFactor;
 use super::rule::{Patch, nodes_of, patches};
 use super::screen::{Cells, Screen, Sight as Visible};
 use super::{FormFactors, Sighting, larger, smaller};
@@ -132,7 +132,7 @@ impl FormFactors<'_> {
     ) -> Result<Estimate, Error> {
         let (mut sights, mut pieces, mut points) = (Vec::new(), BinaryHeap::new(), 0);
         let (mut sum, mut difference) = (0.0, 0.0);
-        let mut glance = Glance::default();
+        let mut view = PointFactor::default();
         for mixed in pairs {
             self.go_on()?;
             // The smaller cell looks: what its points see differs less.
@@ -156,7 +156,7 @@ impl FormFactors<'_> {
                 // A shadow of few edges leaves few parts.
                 let mut hiders = mixed.screens.clone();
                 hiders.sort_by_key(|hider| hider.open.count());
-                pieces.push(self.piece(patch, hiders, (sights.len(), &sight), rule, goal.at_point, &mut glance)?);
+                pieces.push(self.piece(patch, hiders, (sights.len(), &sight), rule, goal.at_point, &mut view)?);
                 points += rule.points();
             }
             sights.push(sight);
@@ -169,7 +169,7 @@ impl FormFactors<'_> {
             for patch in worst.patch.halves(worst.direction) {
                 let sight = &sights[worst.sight];
                 let Some(hiders) = sight.hiders_of(&patch, &worst.hiders) else { continue };
-                let piece = self.piece(patch, hiders, (worst.sight, sight), rule, goal.at_point, &mut glance)?;
+                let piece = self.piece(patch, hiders, (worst.sight, sight), rule, goal.at_point, &mut view)?;
                 open += piece.difference;
                 pieces.push(piece);
                 points += rule.points();
@@ -189,7 +189,7 @@ impl FormFactors<'_> {
         (place, sight): (usize, &Sight<'_>),
         rule: Rule,
         tolerance: f64,
-        glance: &mut Glance,
+        view: &mut PointFactor,
     ) -> Result<Piece, Error> {
         let mut at = Sighting { tolerance, hider: None };
         let mut bent = [0.0; 2];
@@ -205,7 +205,7 @@ impl FormFactors<'_> {
                     None => {
                         let from = (node.point, sight.normal);
                         let screens = hiders.iter().map(|hider| (sight.screens[hider.screen as usize], hider.open));
-                        glance.factor(from, (sight.cell, sight.facing), screens)
+                        view.factor(from, (sight.cell, sight.facing), screens)
                     }
                 };
                 let value = node.share * factor;

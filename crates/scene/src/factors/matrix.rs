@@ -5,7 +5,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::hiding::Wanted;
+use super::culling::Wanted;
 use super::pair::Known;
 use super::{FactorSettings, FormFactors, larger, smaller};
 use crate::{Error, Scene};

@@ -11,9 +11,9 @@ use smallvec::SmallVec;
 
 use super::bracket::{Bracket, Hider, Search, TwoFaces};
 use super::cubature::{Goal, Hiding, Rule};
+use super::culling::{Place, Wanted};
 use super::exchange::{ALL_DIGITS, Exchange, exchange, exchange_apart};
-use super::glance::Glance;
-use super::hiding::{Place, Wanted};
+use super::point_factor::PointFactor;
 use super::rule::{nodes_of, patches};
 use super::screen::{Cells, Screen, Sight, Undecided};
 use super::{FactorSettings, FormFactors, Front, Sphere, larger, middle, smaller};
@@ -411,11 +411,11 @@ impl FormFactors<'_> {
         let from = usize::from(self.scaled(faces[1]).area() < self.scaled(faces[0]).area());
         let [own, other] = [from, 1 - from].map(|k| self.scaled(faces[k]));
         let cells = patches(other.vertices());
-        let mut glance = Glance::default();
+        let mut view = PointFactor::default();
         let mut from_point = |point: DVec3, hiders: &[Hider]| -> f64 {
             let at = (point, own.normal());
             let screens = || hiders.iter().map(|hider| (screens[hider.screen as usize], hider.open));
-            cells.iter().map(|cell| glance.factor(at, (cell.outline(), other.normal()), screens())).sum()
+            cells.iter().map(|cell| view.factor(at, (cell.outline(), other.normal()), screens())).sum()
         };
         let (mut sums, mut range) = ([0.0; 2], [f64::INFINITY, 0.0]);
         for node in patches(own.vertices()).iter().flat_map(|patch| nodes_of(patch, 2)) {

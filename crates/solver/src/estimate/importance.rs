@@ -3,7 +3,7 @@
 //!
 //! That is the radiosity equation with rho for the light that is emitted, so the links for it are there. Its polynomial solution
 //! `b_h` has the defect `d = rho + rho G b_h - b_h`, and z is more than `G b_h` by `y = G d + G rho y`, bounded at every point by
-//! sweeps ([`super::rise`]) from bounds on the nodes' gather of d. With textures d is not small, and then `z = G rho (1 + z)` as
+//! sweeps ([`super::supersolution`]) from bounds on the nodes' gather of d. With textures d is not small, and then `z = G rho (1 + z)` as
 //! it is may be less.
 //!
 //! With textures, of `rho y` with y at most Y, a point gathers at most Y times the least of `F max rho`, `k_max mean rho` and
@@ -14,8 +14,8 @@ use rayon::prelude::*;
 
 use crate::error::Error;
 use crate::estimate::residual::{Residual, Residuals};
-use crate::estimate::rise::Risen;
-use crate::estimate::seen::SeenSources;
+use crate::estimate::supersolution::Supersolution;
+use crate::estimate::visible_sources::VisibleSources;
 use crate::field::Field;
 use crate::field::gathering::MOST_SWEEPS;
 use crate::links::cluster::glow::Pair;
@@ -40,7 +40,7 @@ pub(super) struct Importance {
 
 impl Importance {
     /// The largest importance on a receiver, of light that the chosen sources and all in clusters reflect.
-    pub(super) fn largest_on(&self, index: usize, channel: usize, seen: &SeenSources, chosen: impl Fn(usize) -> bool) -> f64 {
+    pub(super) fn largest_on(&self, index: usize, channel: usize, seen: &VisibleSources, chosen: impl Fn(usize) -> bool) -> f64 {
         let (nodes, channels) = (seen.nodes, self.more[index].len());
         let mut sums = self.from_clusters[index][channel * nodes..(channel + 1) * nodes].to_vec();
         for place in (0..seen.sources.len()).filter(|&place| chosen(place)) {
@@ -53,7 +53,7 @@ impl Importance {
 }
 
 /// Where no bound on the defect of `b_h` is found, as where faces reflect all light, the defect is left out.
-pub(super) fn solve(system: &System, receives: &[bool], seen: &[SeenSources]) -> Result<Importance, Error> {
+pub(super) fn solve(system: &System, receives: &[bool], seen: &[VisibleSources]) -> Result<Importance, Error> {
     let System { mesh, surfaces, receivers, links, far, .. } = system;
     let channels = system.channels.len();
     let (field, own) = solved(system)?;
@@ -77,17 +77,17 @@ pub(super) fn solve(system: &System, receives: &[bool], seen: &[SeenSources]) ->
     let on_clusters = system.pairs_of(&[&defects]);
     let of_defect = |(index, &receiver): (usize, &usize)| system.gathered_of(receiver, &defects, &on_clusters, &seen[index]);
     let own: Vec<Vec<f64>> = receivers.par_iter().enumerate().map(of_defect).collect();
-    let more = Risen::solve(system, receives, seen, &own, &unknown);
+    let more = Supersolution::solve(system, receives, seen, &own, &unknown);
     let largest_at_nodes = if surfaces.is_textured() || more.is_none() {
         let on_clusters = system.pairs(|element, channel| (system.reflectance(element, channel), f64::INFINITY));
         let reflected = |(index, &receiver): (usize, &usize)| system.reflected(receiver, &on_clusters, &seen[index]);
         let own: Vec<Vec<f64>> = receivers.par_iter().enumerate().map(reflected).collect();
-        Risen::solve(system, receives, seen, &own, &unknown)
+        Supersolution::solve(system, receives, seen, &own, &unknown)
     } else {
         None
     };
     let is_bounded = more.is_some() || largest_at_nodes.is_some();
-    let largest = |of: &Option<Risen>| -> Vec<Vec<f64>> {
+    let largest = |of: &Option<Supersolution>| -> Vec<Vec<f64>> {
         let largest_on = |receiver: usize, channel: usize| match (of, system.reflectance(receiver, channel)) {
             // The residual of a black receiver is rounding alone.
             (_, 0.0) => 0.0,
@@ -129,7 +129,7 @@ fn solved(system: &System) -> Result<(Field, Vec<Vec<f64>>), Error> {
 }
 
 /// Bounds on the gather of `b_h` by the nodes of a receiver from each source, in each channel.
-fn gathers(system: &System, field: &Field, links: &[Link], seen: &SeenSources) -> Vec<f64> {
+fn gathers(system: &System, field: &Field, links: &[Link], seen: &VisibleSources) -> Vec<f64> {
     let System { mesh, .. } = system;
     let channels = system.channels.len();
     let mut gathered = vec![0.0; seen.sources.len() * channels * seen.nodes];
@@ -146,7 +146,7 @@ fn gathers(system: &System, field: &Field, links: &[Link], seen: &SeenSources) -
 }
 
 /// The defect of `b_h` on a receiver.
-fn defect(system: &System, field: &Field, receiver: usize, channel: usize, seen: &SeenSources, own: &[f64]) -> Residual {
+fn defect(system: &System, field: &Field, receiver: usize, channel: usize, seen: &VisibleSources, own: &[f64]) -> Residual {
     let System { mesh, surfaces, links, far, .. } = system;
     let (element, basis, rho) = (&mesh.elements()[receiver], mesh.basis(receiver), system.reflectance(receiver, channel));
     let far = &far[receiver];
@@ -184,7 +184,7 @@ fn defect(system: &System, field: &Field, receiver: usize, channel: usize, seen:
 impl System {
     /// Bounds on the gather by the nodes of a receiver of a quantity known on receivers and above, times the reflectance; channel
     /// after channel.
-    fn gathered_of(&self, receiver: usize, of: &Residuals, on_clusters: &[Vec<Pair>], seen: &SeenSources) -> Vec<f64> {
+    fn gathered_of(&self, receiver: usize, of: &Residuals, on_clusters: &[Vec<Pair>], seen: &VisibleSources) -> Vec<f64> {
         let mut sums = vec![0.0; self.channels.len() * seen.nodes];
         for (place, &source) in seen.sources.iter().enumerate() {
             let degree = self.mesh.basis(source).degree();
@@ -204,7 +204,7 @@ impl System {
     }
 
     /// The gather by the nodes of a receiver of a unit of light everywhere, times the reflectance.
-    fn reflected(&self, receiver: usize, on_clusters: &[Vec<Pair>], seen: &SeenSources) -> Vec<f64> {
+    fn reflected(&self, receiver: usize, on_clusters: &[Vec<Pair>], seen: &VisibleSources) -> Vec<f64> {
         let largest: Vec<f64> = (0..self.mesh.elements().len())
             .flat_map(|element| (0..self.channels.len()).map(move |channel| self.reflectance(element, channel)))
             .collect();

@@ -28,7 +28,7 @@ use rayon::prelude::*;
 use crate::estimate::importance::Importance;
 use crate::estimate::ledger::Ledger;
 use crate::estimate::residual::{Found, Residual, Residuals};
-use crate::estimate::seen::SeenSources;
+use crate::estimate::visible_sources::VisibleSources;
 use crate::links::cluster::glow::Pair;
 use crate::mesh::texture::Pattern;
 use crate::system::System;
@@ -60,7 +60,7 @@ struct Gathers {
     parts: Vec<f64>,
 }
 
-pub(super) fn estimate(system: &System, residuals: &[Residuals; 2], seen: &[SeenSources], importance: &Importance) -> Mean {
+pub(super) fn estimate(system: &System, residuals: &[Residuals; 2], seen: &[VisibleSources], importance: &Importance) -> Mean {
     let System { mesh, surfaces, receivers, .. } = system;
     let channels = system.channels.len();
     let area: f64 = receivers.iter().map(|&receiver| mesh.elements()[receiver].area()).sum();
@@ -163,7 +163,7 @@ impl System {
         receiver: usize,
         [direct, reflected]: &[Residuals; 2],
         details: &[Vec<Pair>],
-        seen: &SeenSources,
+        seen: &VisibleSources,
     ) -> Gathers {
         let (mesh, channels, nodes) = (&self.mesh, self.channels.len(), seen.nodes);
         let count = seen.sources.len();

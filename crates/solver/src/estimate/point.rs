@@ -11,8 +11,8 @@ use rayon::prelude::*;
 use crate::estimate::ErrorEstimate;
 use crate::estimate::ledger::Ledger;
 use crate::estimate::residual::{Found, Residuals};
-use crate::estimate::rise::{self, Risen};
-use crate::estimate::seen::{SeenSources, smaller_if_known};
+use crate::estimate::supersolution::{self, Supersolution};
+use crate::estimate::visible_sources::{VisibleSources, smaller_if_known};
 use crate::links::cluster::far::Far;
 use crate::links::cluster::glow::Pair;
 use crate::links::cluster::view::View;
@@ -34,7 +34,7 @@ pub(crate) struct Points {
     receives: Vec<bool>,
     /// For each element, channel after channel, the mean over it, and the largest value at its nodes; `None` if there is no estimate.
     means: Vec<f64>,
-    risen: Option<Risen>,
+    risen: Option<Supersolution>,
     /// For each channel, the residual on each cluster, and the error of gathers there.
     left_on_clusters: Vec<Vec<Pair>>,
     error_of_clusters: Vec<Vec<Pair>>,
@@ -64,12 +64,12 @@ impl Points {
         let mut means = vec![0.0; mesh.elements().len() * channels];
         receivers.iter().for_each(|&receiver| means[receiver * channels..(receiver + 1) * channels].fill(f64::INFINITY));
         system.pull(&receives, &mut means, |of| 0.25 * of.iter().sum::<f64>());
-        let mut risen = Risen::solve(system, &receives, &views, &own, &means);
+        let mut risen = Supersolution::solve(system, &receives, &views, &own, &means);
         if let Some(first) = &risen {
             system.spread(&receives, &views, estimate, first, &mut means);
-            risen = Risen::solve(system, &receives, &views, &own, &means);
+            risen = Supersolution::solve(system, &receives, &views, &own, &means);
         }
-        let errors = |risen: &Risen| rise::pairs(system, &risen.largest, &means);
+        let errors = |risen: &Supersolution| supersolution::pairs(system, &risen.largest, &means);
         let error_of_clusters = risen.as_ref().map_or_else(Vec::new, errors);
         Self { receives, means, risen, left_on_clusters, error_of_clusters, channels }
     }
@@ -91,7 +91,7 @@ impl Points {
         rho: &[f64],
     ) -> Vec<Ledger> {
         let links = rows.iter().map(|(source, row)| (*source, std::slice::from_ref(row)));
-        let view = SeenSources::gather(&system.mesh, &system.surfaces, &[*station], &self.receives, links);
+        let view = VisibleSources::gather(&system.mesh, &system.surfaces, &[*station], &self.receives, links);
         let of_channel = |(channel, rho): (usize, &f64)| {
             let rows = rows.iter().map(|(source, row)| (*source, row));
             let propagated = match &self.risen {
@@ -117,7 +117,7 @@ impl ErrorEstimate {
         mesh: &Mesh,
         channel: usize,
         rows: impl Iterator<Item = (usize, &'a Row)>,
-        (seen, node): (&SeenSources, usize),
+        (seen, node): (&VisibleSources, usize),
     ) -> Ledger {
         let [direct, reflected] = &self.residuals;
         let gathered = |residuals: &Residuals, source: usize, found: &Found| {
@@ -135,11 +135,18 @@ impl ErrorEstimate {
 impl System {
     /// Mean errors of receivers, `A_i e_i <= rho_i sum_j max F_ij A_j (|r|_j + e_j)`, from those that hold already and from the
     /// mean over all: `sum_j A_j e_j` is known.
-    fn spread(&self, receives: &[bool], seen: &[SeenSources], estimate: &ErrorEstimate, risen: &Risen, means: &mut [f64]) {
+    fn spread(
+        &self,
+        receives: &[bool],
+        seen: &[VisibleSources],
+        estimate: &ErrorEstimate,
+        risen: &Supersolution,
+        means: &mut [f64],
+    ) {
         let (mesh, receivers, far, channels) = (&self.mesh, &self.receivers, &self.far, self.channels.len());
         let area: f64 = receivers.iter().map(|&receiver| mesh.elements()[receiver].area()).sum();
         // For each source, the receivers that its light reaches and bounds on the factors.
-        let reached = |seen: &SeenSources| {
+        let reached = |seen: &VisibleSources| {
             let mut to = Vec::new();
             for (place, &source) in seen.sources.iter().enumerate() {
                 let (factor, peak) = seen.largest_factor_and_peak(place);

@@ -3,17 +3,17 @@
 use rayon::prelude::*;
 
 use crate::estimate::residual::{Residual, Residuals};
-use crate::estimate::seen::SeenSources;
+use crate::estimate::visible_sources::VisibleSources;
 use crate::links::cluster::glow::Pair;
 use crate::links::station::Station;
 use crate::system::System;
 
 impl System {
     /// The sources that each receiver sees.
-    pub(super) fn seen_sources(&self, receives: &[bool]) -> Vec<SeenSources> {
+    pub(super) fn seen_sources(&self, receives: &[bool]) -> Vec<VisibleSources> {
         let of_receiver = |&receiver: &usize| {
             let links = self.links[receiver].iter().map(|link| (link.source, &link.rows[..]));
-            SeenSources::gather(&self.mesh, &self.surfaces, &Station::at_nodes(&self.mesh, receiver), receives, links)
+            VisibleSources::gather(&self.mesh, &self.surfaces, &Station::at_nodes(&self.mesh, receiver), receives, links)
         };
         self.receivers.par_iter().map(of_receiver).collect()
     }

@@ -60,8 +60,8 @@ mod tests {
 
     use super::*;
     use crate::mesh::Mesh;
+    use crate::solve::goal_points::GoalPoints;
     use crate::solve::options::Options;
-    use crate::solve::served::Served;
     use crate::solve::solve_on;
 
     #[test]
@@ -82,7 +82,7 @@ mod tests {
         let solved = |scene: &Scene| {
             let (placement, index, warnings) = (Placement::default(), Arc::new(Occluders::new(scene.polygons())), Vec::new());
             let ready = Prepared { scene: scene.clone(), placement, index, warnings };
-            solve_on(&ready, &options, (Mesh::new(scene, 1).unwrap(), Served::default()), |_| false).map(|_| ())
+            solve_on(&ready, &options, (Mesh::new(scene, 1).unwrap(), GoalPoints::default()), |_| false).map(|_| ())
         };
         assert_eq!(solved(&scene), Ok(()));
         let again = scene.faces()[1].polygon().clone();

@@ -2,7 +2,7 @@
 //! errors.
 //!
 //! The gather runs over the links of the leaf that the point is on, with closed forms at the point itself. Its error is the
-//! reflectance times the gather of the error of `B_h`, an average, and so is smaller than that of `B_h`. [`crate::solve::second`]
+//! reflectance times the gather of the error of `B_h`, an average, and so is smaller than that of `B_h`. [`crate::solve::second_gather`]
 //! finds a part of that error with its sign: an answer at a point adds this part.
 //!
 //! A point that is on no face is linked by itself, as finely as receivers are ([`crate::links::refine`]).
@@ -21,7 +21,7 @@ use crate::links::refine::{Need, WITHOUT_ORDER};
 use crate::links::station::Station;
 use crate::links::transfer::{Optics, Row};
 use crate::mesh::{Sight, TOUCHES};
-use crate::solve::second::{KnownError, Term};
+use crate::solve::second_gather::{KnownError, Term};
 use crate::solve::solution::Solution;
 
 /// Points may be off their face by this fraction of the scene's extent.

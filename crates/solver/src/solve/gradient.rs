@@ -2,13 +2,13 @@
 //!
 //! For pictures it is taken over the links that there are. A point that is asked for gets links of its own, as if the error asked
 //! for were a tenth, which open clusters too; and an estimate of the error. By far the most of the error is that of the
-//! polynomials on sources, `grad G r`. [`crate::solve::detail`] knows the next degree of r with its sign, and
-//! [`crate::solve::second`] its term in the light of sources: both are gathered and added, and the size of the first is one part
+//! polynomials on sources, `grad G r`. [`crate::solve::next_degree`] knows the next degree of r with its sign, and
+//! [`crate::solve::second_gather`] its term in the light of sources: both are gathered and added, and the size of the first is one part
 //! of the estimate. The others have a size and no sign: the samples beyond the next degree, whose squares add up, and the light
 //! that links and clusters neglect. These count by `4/d` of the most that they give, d the distance: `|grad k|` is at most that
 //! times the kernel k where neither cosine is small. Beside an edge where two faces meet, [`crate::solve::wedge`] finds the error
 //! of the other face near the point: its slope across the edge is added, and the other face's own parts of the estimate are left
-//! out there. Of other leaves near the point [`crate::solve::near`] samples the error, but for leaves whose errors are likely to
+//! out there. Of other leaves near the point [`crate::solve::error_gradient`] samples the error, but for leaves whose errors are likely to
 //! be little together.
 
 use std::sync::OnceLock;
@@ -30,8 +30,8 @@ use crate::mesh::basis::Basis;
 use crate::mesh::element::Element;
 use crate::mesh::rule::{self, Node};
 use crate::mesh::shape::Shape;
-use crate::solve::detail::Detail;
-use crate::solve::near::{NEAR, Sampled};
+use crate::solve::error_gradient::{NEAR, Sampled};
+use crate::solve::next_degree::Detail;
 use crate::solve::solution::Solution;
 use crate::solve::wedge::Lacking;
 use radgrad_scene::{largest, smallest};

@@ -13,8 +13,8 @@ use crate::mesh::basis::MAX_DEGREE;
 use crate::mesh::outline::{Cut, Given};
 use crate::mesh::{Mesh, Sight};
 use crate::solve::dark;
+use crate::solve::goal_points::GoalPoints;
 use crate::solve::options::Options;
-use crate::solve::served::Served;
 use crate::solve::solution::Solution;
 
 /// The first bytes: they change with their meaning.
@@ -102,7 +102,7 @@ impl Solution {
             mesh.divide(element)?;
         }
         let options = Options { degree: Some(degree), ..Options::default() };
-        let mut solution = dark(&ready, &options, (mesh, Served::default()), Clock::started())?;
+        let mut solution = dark(&ready, &options, (mesh, GoalPoints::default()), Clock::started())?;
         solution.system.surfaces.grow(&solution.system.mesh);
         solution.take_findings(from).ok_or_else(cut_short)?;
         if !(from.is_empty() && solution.is_whole()) {

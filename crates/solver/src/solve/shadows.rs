@@ -17,8 +17,8 @@ use crate::mesh::outline::Cut;
 use crate::mesh::partition::{Known, Sample, partition};
 use crate::mesh::shadow::{Scenery, lines};
 use crate::mesh::{Mesh, Sight};
+use crate::solve::goal_points::GoalPoints;
 use crate::solve::options::{Marking, Options};
-use crate::solve::served::Served;
 use crate::solve::solution::Solution;
 use crate::solve::{dark, divide_evenly};
 
@@ -46,7 +46,7 @@ pub(super) fn mesh(ready: &Prepared, options: &Options, degree: usize) -> Result
     let rough = Options { error: ERROR, time, marking: Marking::Residual, most_elements: 1, ..*options };
     let mut first = Mesh::cut(&ready.scene, DEGREE, Cut::Parts(&[]))?;
     divide_evenly(&mut first, ROUGH)?;
-    let mut solution = dark(ready, &rough, (first, Served::default()), Clock::started())?;
+    let mut solution = dark(ready, &rough, (first, GoalPoints::default()), Clock::started())?;
     solution.round(&rough, Duration::ZERO)?;
     if solution.system.lamps.is_empty() {
         return Ok(whole);

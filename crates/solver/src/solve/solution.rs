@@ -11,7 +11,7 @@ use crate::error::Error;
 use crate::estimate::ErrorEstimate;
 use crate::estimate::ledger::Ledger;
 use crate::estimate::point::Points;
-use crate::estimate::unseen::{Edges, Outlined};
+use crate::estimate::unsampled::{Edges, Outlined};
 use crate::field::Field;
 use crate::field::gathering::ratio;
 use crate::links::direct::Direct;
@@ -19,11 +19,11 @@ use crate::links::transfer::Optics;
 use crate::mesh::Mesh;
 use crate::mesh::basis::Basis;
 use crate::mesh::element::Element;
-use crate::solve::detail::Detail;
-use crate::solve::kept::Kept;
+use crate::solve::error_samples::ErrorSamples;
+use crate::solve::goal_points::GoalPoints;
+use crate::solve::next_degree::Detail;
 use crate::solve::options::{Options, Progress};
 use crate::solve::samples::Samples;
-use crate::solve::served::Served;
 use crate::system::System;
 
 /// A piecewise polynomial radiosity with an estimate of its error.
@@ -79,7 +79,7 @@ pub(crate) struct Radiosity {
 #[derive(Debug)]
 pub(super) struct Refinement {
     /// Points that the refinement serves, and their importance.
-    pub(super) served: Served,
+    pub(super) served: GoalPoints,
     /// Samples of direct light on leaves and reflected light on receivers, of those that were judged by the gradient.
     pub(super) judged: Vec<[Option<Samples>; 2]>,
     /// The aim of [`Solution::light`] that direct light reached: its residual in the mean, over the part of the aim that it may have.
@@ -118,7 +118,7 @@ pub(super) struct Caches {
     /// The part of the error of gathers whose sign is known; `None` if no part is.
     pub(super) known_error: OnceLock<Option<Field>>,
     /// Samples of the error near points at which gradients were asked for.
-    pub(super) kept: Kept,
+    pub(super) kept: ErrorSamples,
 }
 
 impl Solution {

@@ -9,7 +9,7 @@
 //! | `a`, `b` | the two faces, at an angle `alpha` |
 //! | `s`, `t` | distances from the edge on a and on b, from 0 to `Y` |
 //! | `C` | the radiosity by a corrected gather, `E + rho H` |
-//! | `q` | the radiosity as that gather takes it: polynomial, detail and known error ([`crate::solve::second`]) |
+//! | `q` | the radiosity as that gather takes it: polynomial, detail and known error ([`crate::solve::second_gather`]) |
 //! | `eps` | `B - C` |
 //! | `K` | the gather at a place from strips along the edge, `K f(s) = int_0^Y f(t) dF(s, t)` |
 //!
@@ -33,7 +33,7 @@ use radgrad_scene::{largest, smallest};
 use crate::error::Error;
 use crate::mesh::basis::dot;
 use crate::mesh::{Sight, TOUCHES};
-use crate::solve::detail::Detail;
+use crate::solve::next_degree::Detail;
 use crate::solve::solution::Solution;
 
 /// A distance is Y times the third power of u. Functions are polynomials in u of this degree, and are gathered by so many strips.

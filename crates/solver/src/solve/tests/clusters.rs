@@ -19,8 +19,8 @@ use crate::links::station::Station;
 use crate::links::transfer::{Optics, Row};
 use crate::mesh::Mesh;
 use crate::mesh::clusters::{Clusters, Parts};
+use crate::solve::goal_points::GoalPoints;
 use crate::solve::options::Options;
-use crate::solve::served::Served;
 use crate::solve::{solve, solve_on};
 
 /// Blocks in a room, which all may hide each other: 5 faces each, and 7 of the room.
@@ -235,7 +235,7 @@ fn by_clusters_light_from_a_lamp_is_within_its_estimate_of_a_far_finer_solution(
     let fine_estimate = fine.error_estimate.mean[0].total();
     let options = Options { error: 0.3, degree, first_elements: 1, most_elements: 0, ..Options::default() };
     let mesh = Mesh::new(&scene, 1).unwrap().clustered();
-    let rough = solve_on(&Prepared::new(&scene).unwrap(), &options, (mesh, Served::default()), |_| true).unwrap();
+    let rough = solve_on(&Prepared::new(&scene).unwrap(), &options, (mesh, GoalPoints::default()), |_| true).unwrap();
     assert!(rough.system.far.iter().any(|far| !far.is_empty()), "clusters are in force");
     let stated = rough.error_estimate.mean[0].total();
     let (mut mean_error, mut area, mut at_points, mut exceeding) = (0.0, 0.0, 0.0, 0.0);
@@ -263,7 +263,7 @@ fn without_time_there_is_an_answer_with_an_estimate() {
     let options = Options { error: 0.05, degree: Some(1), time: Some(Duration::ZERO), ..Options::default() };
     // Some hundred faces are put into clusters where there is no time to link all of them to all others.
     for mesh in [Mesh::new(&scene, 1).unwrap().clustered(), Mesh::new(&scene, 1).unwrap()] {
-        let rough = solve_on(&Prepared::new(&scene).unwrap(), &options, (mesh, Served::default()), |_| true).unwrap();
+        let rough = solve_on(&Prepared::new(&scene).unwrap(), &options, (mesh, GoalPoints::default()), |_| true).unwrap();
         assert!(rough.system.far.iter().any(|far| !far.is_empty()), "clusters are in force");
         assert!(rough.progress().round == 1 && rough.mean()[0] > 0.0 && rough.progress().estimate.is_finite());
         let element = &rough.mesh().elements()[0];

@@ -6,8 +6,8 @@ use radgrad_scene::{Degenerate, Prepared, Scene};
 use crate::error::Error;
 use crate::mesh::Mesh;
 use crate::solve::gather::Irradiance;
+use crate::solve::goal_points::GoalPoints;
 use crate::solve::options::Options;
-use crate::solve::served::Served;
 use crate::solve::solution::Solution;
 use crate::solve::{solve, solve_on};
 
@@ -35,7 +35,7 @@ fn even_room() -> Scene {
 fn clustered(scene: &Scene, options: &Options) -> Solution {
     let ready = Prepared::new(scene).unwrap();
     let mesh = Mesh::new(&ready.scene, 2).unwrap().clustered();
-    solve_on(&ready, options, (mesh, Served::default()), |_| true).unwrap()
+    solve_on(&ready, options, (mesh, GoalPoints::default()), |_| true).unwrap()
 }
 
 fn held(received: &Irradiance, exact: [f64; 2]) {

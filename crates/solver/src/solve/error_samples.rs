@@ -15,9 +15,9 @@ pub(super) type Sample = Option<Vec<f64>>;
 
 /// Samples at places of leaves, by the leaf and the place's bits.
 #[derive(Debug, Default)]
-pub(super) struct Kept(Mutex<HashMap<(usize, [u64; 3]), Sample>>);
+pub(super) struct ErrorSamples(Mutex<HashMap<(usize, [u64; 3]), Sample>>);
 
-impl Kept {
+impl ErrorSamples {
     /// Gives the sample at a place of a leaf: the one that is kept, or else the one that `found` makes, which is then kept.
     pub(super) fn get_or_evaluate(
         &self,

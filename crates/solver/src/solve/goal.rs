@@ -17,7 +17,7 @@ use crate::field::gathering::ratio;
 use crate::links::cluster::far::Far;
 use crate::links::transfer::Row;
 use crate::solve::gather::Sum;
-use crate::solve::served::Served;
+use crate::solve::goal_points::GoalPoints;
 use crate::solve::solution::Solution;
 
 /// Sweeps at most, and changes, relative to the mean, below which the importance is solved.
@@ -35,7 +35,7 @@ struct Seen {
 impl Solution {
     /// Serves some points from now on, beside the mean.
     pub(super) fn serve(&mut self, points: &[(DVec3, DVec3)]) -> Result<(), Error> {
-        self.refinement.served = Served { beside: true, ..Served::at_points(points) };
+        self.refinement.served = GoalPoints { beside: true, ..GoalPoints::at_points(points) };
         self.find_importance()?;
         self.progress.estimate = self.estimate_at_points().unwrap_or(self.progress.estimate);
         Ok(())

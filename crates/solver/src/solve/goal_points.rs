@@ -1,11 +1,11 @@
-//! Points that a solution serves, and their importance: data of [`super::serve`].
+//! Points that a solution serves, and their importance: data of [`super::goal`].
 
 use crate::bytes::bytes_of;
 use radgrad_core::DVec3;
 
 /// Points that are served, and the importance of elements for them.
 #[derive(Debug, Default)]
-pub(crate) struct Served {
+pub(crate) struct GoalPoints {
     /// Position and normal, in the coordinates of the scene; none to serve the mean.
     pub(super) points: Vec<[DVec3; 2]>,
     /// Whether the mean was served before: then it stays as good as it is.
@@ -17,7 +17,7 @@ pub(crate) struct Served {
     pub(super) reflected: Vec<f64>,
 }
 
-impl Served {
+impl GoalPoints {
     pub(crate) fn at_points(points: &[(DVec3, DVec3)]) -> Self {
         Self { points: points.iter().map(|&(position, normal)| [position, normal]).collect(), ..Self::default() }
     }
@@ -28,4 +28,4 @@ impl Served {
     }
 }
 
-bytes_of!(Served { points, beside, importance, mean, reflected });
+bytes_of!(GoalPoints { points, beside, importance, mean, reflected });

@@ -55,7 +55,7 @@ impl Pieces {
 
 /// Room for the lit parts of a cell, used again from point to point.
 #[derive(Debug, Default)]
-pub(super) struct Glance {
+pub(super) struct PointFactor {
     lit: Pieces,
     next: Pieces,
     outline: Vec<DVec3>,
@@ -67,7 +67,7 @@ pub(super) struct Glance {
     beside: Vec<usize>,
 }
 
-impl Glance {
+impl PointFactor {
     /// The factor from a point of this normal to a cell with all its points above the horizon, whose plane has the normal `facing`. Of each
     /// screen it is given what is known of the edges that the cell and all points near this one are seen past.
     pub(super) fn factor<'a>(
@@ -229,10 +229,10 @@ mod tests {
 
     /// Held against the certified closed forms.
     #[test]
-    fn a_glance_sees_what_the_closed_forms_see() {
+    fn factors_of_points_are_those_of_the_closed_forms() {
         let mut draw = draws(5);
         let mut uniform = || draw() - 0.5;
-        let (mut glance, mut partly) = (Glance::default(), 0);
+        let (mut view, mut partly) = (PointFactor::default(), 0);
         for _ in 0..400 {
             let square = [(-0.2, -0.2), (-0.2, 0.2), (0.2, 0.2), (0.2, -0.2)];
             let emitter = Polygon::new(square.map(|(x, y)| DVec3::new(x, y, 0.5 + 0.3 * x)).to_vec()).unwrap();
@@ -244,7 +244,7 @@ mod tests {
             };
             let occluders = [triangle(), triangle(), triangle()];
             let screens: Vec<Screen> = occluders.iter().flat_map(Screen::all_of).collect();
-            let found = glance.factor(
+            let found = view.factor(
                 (point, normal),
                 (emitter.vertices(), emitter.normal()),
                 screens.iter().map(|screen| (screen, Undecided::ALL)),

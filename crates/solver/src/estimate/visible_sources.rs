@@ -14,7 +14,7 @@ use radgrad_scene::{largest as larger, smallest as smaller};
 
 /// Form factors and kernels for each source and node.
 #[derive(Debug)]
-pub(super) struct SeenSources {
+pub(super) struct VisibleSources {
     pub(super) sources: Vec<usize>,
     /// For each link, the place of its source among the sources.
     pub(super) places: Vec<usize>,
@@ -29,7 +29,7 @@ pub(super) struct SeenSources {
     even: Vec<Vec<f64>>,
 }
 
-impl SeenSources {
+impl VisibleSources {
     /// From links, with their rows for the stations.
     pub(super) fn gather<'a>(
         mesh: &Mesh,

@@ -17,7 +17,7 @@ use crate::links::station::Station;
 use crate::mesh::Sight;
 use crate::mesh::basis::Basis;
 use crate::mesh::element::Element;
-use crate::solve::kept::Sample;
+use crate::solve::error_samples::Sample;
 use crate::solve::solution::Solution;
 use crate::solve::wedge::Lacking;
 

@@ -8,7 +8,7 @@
 use radgrad_scene::{largest as larger, smallest as smaller};
 use rayon::prelude::*;
 
-use crate::estimate::seen::SeenSources;
+use crate::estimate::visible_sources::VisibleSources;
 use crate::links::cluster::glow::Pair;
 use crate::system::System;
 
@@ -30,17 +30,17 @@ const FEW: usize = 16;
 /// For each element, channel after channel: the largest value at a node, of elements above receivers too, and by how much the
 /// values at a receiver's nodes differ.
 #[derive(Debug, Clone)]
-pub(super) struct Risen {
+pub(super) struct Supersolution {
     pub(super) largest: Vec<f64>,
     pub(super) variation: Vec<f64>,
 }
 
-impl Risen {
+impl Supersolution {
     /// Solves for bounds, from each receiver's own values at its nodes, channel after channel, and from means that hold already.
     pub(super) fn solve(
         system: &System,
         receives: &[bool],
-        seen: &[SeenSources],
+        seen: &[VisibleSources],
         own: &[Vec<f64>],
         means: &[f64],
     ) -> Option<Self> {

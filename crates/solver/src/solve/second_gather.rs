@@ -4,7 +4,7 @@
 //! |---|---|
 //! | `B_h` | the polynomials on leaves |
 //! | `B_g` | one gather of them, `E + rho G B_h`, G without the light that links neglect |
-//! | `d` | the known part, with its sign, of the light that links do not have: of `B_g - B_h` the next degree ([`crate::solve::detail`]), and `B_h` on leaves less its projection on an element that is linked |
+//! | `d` | the known part, with its sign, of the light that links do not have: of `B_g - B_h` the next degree ([`crate::solve::next_degree`]), and `B_h` on leaves less its projection on an element that is linked |
 //! | `e` | `B - B_g` |
 //!
 //! Of the error the part `e_1 = rho G d + rho G e_1` is known with its sign. It is an equation of radiosity, whose emission `rho G d` is
@@ -13,7 +13,7 @@
 //! The polynomials on leaves are orthogonal to d, so sources that are small for their distance count for next to nothing, and are not
 //! evaluated.
 //!
-//! A detail counts by the part of it that is sure ([`crate::solve::detail`]): where elements are too large for the light on them,
+//! A detail counts by the part of it that is sure ([`crate::solve::next_degree`]): where elements are too large for the light on them,
 //! the next degree tells no more of the error than the truncation.
 //!
 //! The error of the corrected answer is estimated. A part of the correction counts in full ([`LEFT`]), a smaller part of differences of
