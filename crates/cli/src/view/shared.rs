@@ -23,27 +23,27 @@ const SMALL: usize = 256;
 
 /// Pixels along a square that may be interpolated, of each layer of light: a thing smaller than half of it may be missed where it has no edge
 /// of a face.
-const LARGEST: [usize; 2] = [16, 4];
+const LARGEST_SQUARE: [usize; 2] = [16, 4];
 
 /// The layers: all but the direct light of lamps, and that.
 const REST: usize = 0;
 const LAMPS: usize = 1;
 
-/// How far the gathers of a layer may be off the function that is taken, over the value and a part of the mean; and how much of that where the
-/// function is a plane, which does not go over into those of the squares beside it.
-const OFF: f64 = 0.01;
-const DARK: f64 = 0.25;
-const PLANE: f64 = 0.5;
+/// Tolerance of an interpolated layer, relative to the value plus a part of the picture's mean; and the part of that tolerance that a plane may
+/// use, which does not join those of the squares beside it.
+const TOLERANCE: f64 = 0.01;
+const OF_THE_MEAN: f64 = 0.25;
+const ON_PLANES: f64 = 0.5;
 
 /// Pixels of a face, and pixels along a square, from which on a plane costs less than a gather each.
-const MANY: usize = 8;
-const WIDE: usize = 4;
+const LEAST_PIXELS: usize = 8;
+const LEAST_SIDE: usize = 4;
 
 /// The part of the spread of places that is added to it in every direction.
-const STEEP: f64 = 1e-3;
+const RIDGE: f64 = 1e-3;
 
 /// Faces that a square of pixels may show to be interpolated.
-const FACES: usize = 4;
+const MOST_FACES: usize = 4;
 
 /// How often a picture is written while it is drawn.
 const PARTS: usize = 16;
@@ -97,18 +97,18 @@ struct Tile<'a> {
     corner: [usize; 2],
     size: [usize; 2],
     /// The faces that the rays of each pixel meet.
-    met: Vec<Vec<u32>>,
+    hits: Vec<Vec<u32>>,
     /// For each layer, the light at corners of pixels, of a face.
     corners: [HashMap<(usize, usize, u32), Option<Pixel>>; 2],
     pixels: Vec<Pixel>,
 }
 
-/// The light of a layer on a face in a square of pixels: its values at some places, and in each channel how far off it is.
+/// The light of a layer on a face in a square of pixels: its values at some places, and the misfit in each channel.
 struct Light {
     face: u32,
     places: Places,
     values: Vec<Pixel>,
-    off: Vec<f64>,
+    misfits: Vec<f64>,
 }
 
 /// Where values are.
@@ -124,7 +124,7 @@ impl<'a> Tile<'a> {
         let size = [0, 1].map(|k| side.min(scene.size[k] - corner[k]));
         let eye = scene.solution.placement().inward(scene.camera.eye);
         let polygons = scene.solution.mesh().polygons();
-        let met = |pixel: usize| {
+        let hits = |pixel: usize| {
             let at = [corner[0] + pixel % size[0], corner[1] + pixel / size[0]];
             let ray = |sample: usize| {
                 let direction = scene.camera.direction(at, offset(sample, scene.samples), scene.size);
@@ -138,7 +138,7 @@ impl<'a> Tile<'a> {
         let channels = scene.solution.channels().len();
         let count = size[0] * size[1];
         let pixels = (0..count).map(|_| Pixel::dark(channels)).collect();
-        Self { scene, corner, size, met: (0..count).map(met).collect(), corners: Default::default(), pixels }
+        Self { scene, corner, size, hits: (0..count).map(hits).collect(), corners: Default::default(), pixels }
     }
 
     fn index(&self, [x, y]: [usize; 2]) -> usize {
@@ -146,26 +146,26 @@ impl<'a> Tile<'a> {
     }
 
     /// Draws the pixels of a square that are in the tile, with all but the direct light of lamps where a larger one has that.
-    fn square(&mut self, corner: [usize; 2], side: usize, known: Option<&[Light]>) -> Result<(), Failure> {
+    fn square(&mut self, corner: [usize; 2], side: usize, indirect: Option<&[Light]>) -> Result<(), Failure> {
         let end = [0, 1].map(|k| (corner[k] + side).min(self.corner[k] + self.size[k]));
         if corner[0] >= end[0] || corner[1] >= end[1] {
             return Ok(());
         }
         if side == 1 {
-            return self.pixel(corner, known.unwrap_or_default());
+            return self.pixel(corner, indirect.unwrap_or_default());
         }
         let is_whole = end[0] - corner[0] == side && end[1] - corner[1] == side;
         let places = (corner[1]..end[1]).flat_map(|y| (corner[0]..end[0]).map(move |x| [x, y]));
-        let mut faces: Vec<u32> = places.flat_map(|place| self.met[self.index(place)].iter().copied()).collect();
+        let mut faces: Vec<u32> = places.flat_map(|place| self.hits[self.index(place)].iter().copied()).collect();
         faces.sort_unstable();
         faces.dedup();
         faces.retain(|&face| face != NOTHING);
         if faces.is_empty() {
             return Ok(());
         }
-        let may_share = |layer: usize| is_whole && faces.len() <= FACES && side <= LARGEST[layer];
-        let fresh = if known.is_none() && may_share(REST) { self.shared(REST, (corner, side), &faces, &[])? } else { None };
-        let indirect = known.or(fresh.as_deref());
+        let may_share = |layer: usize| is_whole && faces.len() <= MOST_FACES && side <= LARGEST_SQUARE[layer];
+        let fresh = if indirect.is_none() && may_share(REST) { self.shared(REST, (corner, side), &faces, &[])? } else { None };
+        let indirect = indirect.or(fresh.as_deref());
         if let Some(rest) = indirect.filter(|_| may_share(LAMPS))
             && let Some(lamps) = self.shared(LAMPS, (corner, side), &faces, rest)?
         {
@@ -188,7 +188,7 @@ impl<'a> Tile<'a> {
         Ok(())
     }
 
-    /// The light of a layer on each face that a square shows, if it can be shared; beside the known light of the other layer.
+    /// The light of a layer on each face that a square shows, if it can be shared, given the light of the other layer.
     fn shared(
         &mut self,
         layer: usize,
@@ -203,7 +203,7 @@ impl<'a> Tile<'a> {
                 light => light,
             };
             let below = rest.iter().filter(|light| light.face == face).flat_map(|light| &light.values);
-            match light.and_then(|light| light.near(self.scene.solution.mean(), below)) {
+            match light.and_then(|light| light.accepted(self.scene.solution.mean(), below)) {
                 Some(light) => shared.push(light),
                 None => return Ok(None),
             }
@@ -232,21 +232,21 @@ impl<'a> Tile<'a> {
                 None => return Ok(None),
             }
         }
-        Ok(Some(Light { face, places: Places::Grid { corner, side, count }, values, off: Vec::new() }))
+        Ok(Some(Light { face, places: Places::Grid { corner, side, count }, values, misfits: Vec::new() }))
     }
 
     /// The light of a layer on a face that ends in a square: at its outermost pixels and in its middle.
     fn plane(&self, layer: usize, (corner, side): ([usize; 2], usize), face: u32) -> Result<Option<Light>, Failure> {
         let pixels = (0..side * side).map(|k| [corner[0] + k % side, corner[1] + k / side]);
-        let own: Vec<[usize; 2]> = pixels.filter(|&at| self.met[self.index(at)].contains(&face)).collect();
-        if side < WIDE || own.len() < MANY {
+        let own: Vec<[usize; 2]> = pixels.filter(|&at| self.hits[self.index(at)].contains(&face)).collect();
+        if side < LEAST_SIDE || own.len() < LEAST_PIXELS {
             return Ok(None);
         }
         let count = own.len() as f64;
         let centre = [0, 1].map(|k| own.iter().map(|at| at[k] as f64).sum::<f64>() / count);
         let ways = [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]];
         let from_centre = |at: &[usize; 2]| [0, 1].map(|k| at[k] as f64 - centre[k]);
-        let least = |of: &dyn Fn([f64; 2]) -> f64| own.iter().min_by(|a, b| of(from_centre(a)).total_cmp(&of(from_centre(b))));
+        let least = |key: &dyn Fn([f64; 2]) -> f64| own.iter().min_by(|a, b| key(from_centre(a)).total_cmp(&key(from_centre(b))));
         let outermost = ways.iter().filter_map(|way| least(&|[x, y]| way[0] * x + way[1] * y));
         let mut chosen: Vec<[usize; 2]> = outermost.chain(least(&|[x, y]| x * x + y * y)).copied().collect();
         chosen.sort_unstable();
@@ -257,20 +257,17 @@ impl<'a> Tile<'a> {
             places.push(place);
             values.push(value);
         }
-        Ok(Some(Light { face, places: Places::Plane(places), values, off: Vec::new() }))
+        Ok(Some(Light { face, places: Places::Plane(places), values, misfits: Vec::new() }))
     }
 
-    /// Each face of a pixel, gathered in the middle of the places where rays meet it; but for light that is known.
-    fn pixel(&mut self, at: [usize; 2], known: &[Light]) -> Result<(), Failure> {
+    /// Gathers each face of a pixel in the middle of its hits, and takes the indirect light of a larger square where there is one.
+    fn pixel(&mut self, at: [usize; 2], indirect: &[Light]) -> Result<(), Failure> {
         let index = self.index(at);
         self.pixels[index] = self.shown(at, |at, face, middle| {
             let Some((_, mut pixel)) = self.in_pixel(LAMPS, at, face)? else { return Ok(None) };
-            match known.iter().find(|light| light.face == face) {
+            match indirect.iter().find(|light| light.face == face) {
                 Some(light) => pixel.add(&light.pixel(middle), 1.0),
-                None => {
-                    let indirect = self.in_pixel(REST, at, face)?;
-                    indirect.iter().for_each(|(_, light)| pixel.add(light, 1.0));
-                }
+                None => self.in_pixel(REST, at, face)?.iter().for_each(|(_, light)| pixel.add(light, 1.0)),
             }
             Ok(Some(pixel))
         })?;
@@ -281,16 +278,16 @@ impl<'a> Tile<'a> {
     fn shown(
         &self,
         at: [usize; 2],
-        of: impl Fn([usize; 2], u32, [f64; 2]) -> Result<Option<Pixel>, Failure>,
+        light: impl Fn([usize; 2], u32, [f64; 2]) -> Result<Option<Pixel>, Failure>,
     ) -> Result<Pixel, Failure> {
-        let met = &self.met[self.index(at)];
-        let mut faces = met.clone();
+        let hits = &self.hits[self.index(at)];
+        let mut faces = hits.clone();
         faces.sort_unstable();
         faces.dedup();
         let mut sum = Pixel::dark(self.scene.solution.channels().len());
         for face in faces.into_iter().filter(|&face| face != NOTHING) {
             let (middle, share) = self.middle(at, face);
-            if let Some(pixel) = of(at, face, middle)? {
+            if let Some(pixel) = light(at, face, middle)? {
                 sum.add(&pixel, share);
             }
         }
@@ -299,16 +296,16 @@ impl<'a> Tile<'a> {
 
     /// Where the rays of a pixel that meet a face do in the mean, and their part of all.
     fn middle(&self, at: [usize; 2], face: u32) -> ([f64; 2], f64) {
-        let met = &self.met[self.index(at)];
-        let own = || (0..met.len()).filter(|&ray| met[ray] == face);
+        let hits = &self.hits[self.index(at)];
+        let own = || (0..hits.len()).filter(|&ray| hits[ray] == face);
         let count = own().count() as f64;
         let mean = |k: usize| own().map(|ray| offset(ray, self.scene.samples)[k]).sum::<f64>() / count;
-        ([0, 1].map(|k| at[k] as f64 + mean(k)), count / met.len() as f64)
+        ([0, 1].map(|k| at[k] as f64 + mean(k)), count / hits.len() as f64)
     }
 
     /// The light of a layer on a face of a pixel, and where.
     fn in_pixel(&self, layer: usize, at: [usize; 2], face: u32) -> Result<Option<([f64; 2], Pixel)>, Failure> {
-        let first = self.met[self.index(at)].iter().position(|&met| met == face);
+        let first = self.hits[self.index(at)].iter().position(|&hit| hit == face);
         let first = first.map(|ray| offset(ray, self.scene.samples)).map(|within| [0, 1].map(|k| at[k] as f64 + within[k]));
         for place in std::iter::once(self.middle(at, face).0).chain(first) {
             if let Some(light) = self.light(layer, place, face)? {
@@ -343,19 +340,19 @@ impl<'a> Tile<'a> {
 }
 
 impl Light {
-    /// With how far it is off, if that is little beside its least value, with that of the light below it, and the mean.
-    fn near<'b>(mut self, means: &[f64], below: impl Iterator<Item = &'b Pixel> + Clone) -> Option<Self> {
-        let part = if matches!(self.places, Places::Plane(_)) { PLANE * OFF } else { OFF };
+    /// This light with its misfit, if that is within the tolerance: relative to its least value, with that of the light below it, and to the mean.
+    fn accepted<'b>(mut self, means: &[f64], below: impl Iterator<Item = &'b Pixel> + Clone) -> Option<Self> {
+        let part = if matches!(self.places, Places::Plane(_)) { ON_PLANES * TOLERANCE } else { TOLERANCE };
         for (channel, mean) in means.iter().enumerate() {
             let radiosity = |pixel: &Pixel| pixel.radiosity[channel];
             let least = self.values.iter().map(radiosity).fold(f64::INFINITY, smallest);
             let under = below.clone().map(radiosity).reduce(smallest).unwrap_or(0.0);
             let misfit = self.misfit(channel);
-            let is_within = misfit <= part * ((least + under).abs() + DARK * mean);
+            let is_within = misfit <= part * ((least + under).abs() + OF_THE_MEAN * mean);
             if !is_within {
                 return None;
             }
-            self.off.push(misfit);
+            self.misfits.push(misfit);
         }
         Some(self)
     }
@@ -384,11 +381,11 @@ impl Light {
         }
     }
 
-    /// Its values at a place of the picture, with how far they are off.
+    /// The value at a place of the picture; the misfit counts in its estimate.
     fn pixel(&self, place: [f64; 2]) -> Pixel {
-        let mut pixel = Pixel::dark(self.off.len());
+        let mut pixel = Pixel::dark(self.misfits.len());
         self.weights(place).into_iter().for_each(|(k, weight)| pixel.add(&self.values[k], weight));
-        pixel.estimate.iter_mut().zip(&self.off).for_each(|(estimate, off)| *estimate += off);
+        pixel.estimate.iter_mut().zip(&self.misfits).for_each(|(estimate, misfit)| *estimate += misfit);
         pixel
     }
 
@@ -407,10 +404,10 @@ impl Light {
                 let centre = [0, 1].map(|k| places.iter().map(|place| place[k]).sum::<f64>() / count);
                 let [x, y] = [0, 1].map(|k| place[k] - centre[k]);
                 let from_centre = |k: usize| [places[k][0] - centre[0], places[k][1] - centre[1]];
-                let sum = |of: fn([f64; 2]) -> f64| (0..places.len()).map(|k| of(from_centre(k))).sum::<f64>();
+                let sum = |term: fn([f64; 2]) -> f64| (0..places.len()).map(|k| term(from_centre(k))).sum::<f64>();
                 let [xx, xy, yy] = [sum(|[x, _]| x * x), sum(|[x, y]| x * y), sum(|[_, y]| y * y)];
                 // In a line, they tell nothing of light across it.
-                let little = STEEP * (xx + yy);
+                let little = RIDGE * (xx + yy);
                 let [xx, yy] = [xx + little, yy + little];
                 let det = xx * yy - xy * xy;
                 let weight = |k: usize| {
