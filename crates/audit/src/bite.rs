@@ -95,7 +95,7 @@ fn told(check: &'static str, findings: Vec<String>) -> Vec<Wrong> {
 }
 
 /// The checks, the quickest first.
-const CHECKS: [Check; 34] = [
+const CHECKS: [Check; 35] = [
     by_truth!("merge", merge),
     by_truth!("canaries", canaries),
     ("witnesses", witnesses),
@@ -117,6 +117,7 @@ const CHECKS: [Check; 34] = [
     by_truth!("awkward", awkward_cases),
     by_truth!("closed" = closed::all_wrong(48)),
     by_truth!("pieces", scene_checks::pieces),
+    by_truth!("identities" = scenes::identities::all_wrong()),
     by_truth!("alike", scene_checks::alike),
     ("records", |setting| records("records", Asked::Core, setting)),
     ("oracle-records", |setting| records("oracle-records", Asked::Oracle, setting)),

@@ -1,7 +1,7 @@
 //! Long batches, of more receivers than a tile has, beside their parts; and ceilings of many lamps, beside the one rectangle that they make.
 
 use glam::DVec3;
-use radgrad_core::batch::{Answers, EmitterTree, Engine, Precision, ReadyEmitter, Receivers};
+use radgrad_core::batch::{Answers, EmitterTree, Emitters, Engine, Precision, ReadyEmitter, Receivers};
 use radgrad_core::{Emission, Emitter, Error, Polygon, Receiver, evaluate_to};
 use rayon::prelude::*;
 
@@ -56,18 +56,29 @@ fn of_precision<F: Precision>(index: u64, cast: &Cast<F>, name: &str) -> Result<
     Ok(findings)
 }
 
-/// A ceiling of so many lamps a side, as one tree, beside one rectangle.
+/// A ceiling of so many lamps a side, as one tree, beside one rectangle: squares that shine evenly, or triangles by one linear function.
 fn of_ceiling(side: u32, index: u64) -> Result<Vec<String>, Error> {
     let s = &mut Sampler::new(56, "ceilings", index);
+    let slope = if index == 0 { DVec3::ZERO } else { DVec3::new(0.75, -0.5, 0.0) };
     let cell = |x: f64, y: f64, size: f64| {
-        let corners = [[0.0, 0.0], [0.0, 1.0], [1.0, 1.0], [1.0, 0.0]].map(|[u, v]| DVec3::new(x + u * size, y + v * size, 1.0));
-        Emitter::new(Polygon::new(corners.to_vec())?, Emission::Constant(1.0))
+        [[0.0, 0.0], [0.0, 1.0], [1.0, 1.0], [1.0, 0.0]].map(|[u, v]| DVec3::new(x + u * size, y + v * size, 1.0))
     };
     let size = 1.0 / f64::from(side.next_power_of_two());
-    let lamps = (0..side * side)
-        .map(|k| cell(f64::from(k % side) * size, f64::from(k / side) * size, size))
-        .collect::<Result<Vec<_>, _>>()?;
-    let whole = cell(0.0, 0.0, f64::from(side) * size)?;
+    let mut lamps = Vec::new();
+    for k in 0..side * side {
+        let corners = cell(f64::from(k % side) * size, f64::from(k / side) * size, size);
+        if slope == DVec3::ZERO {
+            lamps.push(Emitter::new(Polygon::new(corners.to_vec())?, Emission::Constant(1.0))?);
+            continue;
+        }
+        for half in [[0, 1, 2], [2, 3, 0]] {
+            let outline = half.map(|corner| corners[corner]).to_vec();
+            let values = outline.iter().map(|corner| 1.0 + slope.dot(*corner)).collect();
+            lamps.push(Emitter::new(Polygon::new(outline)?, Emission::at_vertices(values))?);
+        }
+    }
+    let whole = Polygon::new(cell(0.0, 0.0, f64::from(side) * size).to_vec())?;
+    let whole = Emitter::new(whole, if slope == DVec3::ZERO { Emission::Constant(1.0) } else { Emission::gradient(1.0, slope) })?;
     let tree = EmitterTree::new(&lamps);
     let mut findings = Vec::new();
     let mut answers = Answers::new();
@@ -86,8 +97,8 @@ fn of_ceiling(side: u32, index: u64) -> Result<Vec<String>, Error> {
                 findings.push(format!("ceiling {side}, {far} below, to {tolerance:e}: off by {gap:e}, known to {error:e}"));
             }
             let counted = tally.below + tally.behind + tally.weak + tally.together + tally.alone;
-            if counted != u64::from(side * side) {
-                findings.push(format!("ceiling {side}, {far} below: {tally:?} of {} lamps", side * side));
+            if counted != lamps.len() as u64 {
+                findings.push(format!("ceiling {side}, {far} below: {tally:?} of {} lamps", lamps.len()));
             }
             // From far away the whole ceiling is one far field, of a dozen nodes a side at most.
             if far > 100.0 && share > 1e-6 && (tally.looked_at > 1 || tally.far_nodes > 144) {
@@ -98,13 +109,40 @@ fn of_ceiling(side: u32, index: u64) -> Result<Vec<String>, Error> {
     Ok(findings)
 }
 
-/// Contradictions of so many batches and of two ceilings.
+/// Many emitters of one kind, each beside its own answer: more than a tile has, some so near to the receiver that lanes leave them.
+fn of_many(index: u64) -> Result<Vec<String>, Error> {
+    let s = &mut Sampler::new(57, "many", index);
+    let receiver = Receiver::new(DVec3::ZERO, s.direction(), 1.0)?;
+    let lamp = |s: &mut Sampler| {
+        let place = s.direction() * s.spread(-20, 2);
+        let (u, v) = (s.cube() - place.normalize()).any_orthonormal_pair();
+        let emission =
+            if index == 0 { Emission::Constant(s.between(0.5, 2.0)) } else { Emission::at_vertices(vec![1.0, 2.0, 0.5]) };
+        Emitter::new(Polygon::new(vec![place, place + u, place + v])?, emission)
+    };
+    let lamps = (0..300).map(|_| lamp(s)).collect::<Result<Vec<_>, _>>()?;
+    let (mut answers, mut findings) = (Answers::new(), Vec::new());
+    for tolerance in [1.0, 1e-12] {
+        Engine::new().each_to(&receiver, &Emitters::<f64>::new(&lamps), tolerance, &mut answers)?;
+        for (k, lamp) in lamps.iter().enumerate() {
+            let alone = evaluate_to(&receiver, lamp, &[], 1e-12)?;
+            let (error, room) =
+                ((answers.radiosity[k] - alone.radiosity).abs(), answers.radiosity_error[k] + alone.radiosity_error);
+            if is_worse(error, room) {
+                findings.push(format!("many {index}: emitter {k} is off by {error:e}, the bounds are {room:e}"));
+            }
+        }
+    }
+    Ok(findings)
+}
+
+/// Contradictions of so many batches, of three ceilings and of many emitters.
 #[must_use]
 pub fn all_wrong(count: u64) -> Vec<String> {
     let said = |told: Result<Vec<String>, Error>| told.unwrap_or_else(|error| vec![format!("long: {error}")]);
     let of = |index: u64| match index {
         0 => said(of_ceiling(65, 0)),
-        1 => said(of_ceiling(20, 1)),
+        1 => [said(of_ceiling(20, 0)), said(of_ceiling(20, 1)), said(of_many(0)), said(of_many(1))].concat(),
         _ => [said(of_precision(index, &DOUBLE, "doubles")), said(of_precision(index, &SINGLE, "singles"))].concat(),
     };
     (0..count + 2).into_par_iter().flat_map_iter(of).collect()

@@ -22,6 +22,7 @@ mod certificates;
 pub mod draw;
 pub mod family;
 pub mod gradients;
+pub mod identities;
 pub mod judge;
 pub mod model;
 pub mod pieces;

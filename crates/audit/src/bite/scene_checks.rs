@@ -48,7 +48,7 @@ pub(super) fn brackets(_: &Setting<'_>) -> Vec<String> {
 /// The pieces of solutions, each by itself.
 pub(super) fn pieces(_: &Setting<'_>) -> Vec<String> {
     use scenes::pieces::{textures, transfers, unseen, views};
-    [transfers(12), views(4), unseen(24), textures(12)].concat()
+    [transfers(12), views(8), unseen(24), textures(12)].concat()
 }
 
 /// Solutions and certificates with light in another unit and channels in another order.

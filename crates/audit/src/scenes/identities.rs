@@ -1,0 +1,154 @@
+//! Rooms of which the light is known without an oracle: even ones, ones that differ in words alone, and two squares face to face.
+
+use std::f64::consts::PI;
+
+use glam::DVec3;
+use radgrad_certificate::{Place, Request, certify, certify_points};
+use radgrad_core::Polygon;
+use radgrad_scene::{Quantity, Scene, Texture};
+use radgrad_solver::{Options, Solution, solve};
+
+use crate::measure::is_worse;
+use crate::sampler::Sampler;
+
+type Wrong = Result<Vec<String>, String>;
+
+/// A quadrilateral, its reflectance and the radiosity that it emits.
+type Wall = ([DVec3; 4], f64, f64);
+
+const INSIDE: [[usize; 4]; 6] = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]];
+
+/// A box of a size from inside.
+fn walls(size: DVec3) -> [[DVec3; 4]; 6] {
+    let corner = |k: usize| size * DVec3::new((k & 1) as f64, (k >> 1 & 1) as f64, (k >> 2) as f64);
+    INSIDE.map(|wall| wall.map(corner))
+}
+
+/// The scene of these walls, its values by materials or by textures of one texel.
+fn scene(walls: &[Wall], is_textured: bool) -> Result<Scene, Box<dyn std::error::Error>> {
+    let mut scene = Scene::new(["grey"])?;
+    for (index, (corners, reflectance, emitted)) in walls.iter().enumerate() {
+        let given = [*reflectance, emitted / PI];
+        let [rho, radiance] = if is_textured { given.map(|value| if value > 0.0 { 1.0 } else { 0.0 }) } else { given };
+        let material = scene.add_material(index.to_string(), [rho], [radiance])?;
+        let surface = scene.add_surface(index.to_string());
+        let polygon = Polygon::new(corners.to_vec())?;
+        if is_textured {
+            for quantity in Quantity::ALL {
+                scene.set_texture(material, quantity, Texture::new("even", [1, 1], 1, vec![given[quantity as usize]])?)?;
+            }
+            scene.add_textured_face(surface, material, polygon, &[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]], None)?;
+        } else {
+            scene.add_face(surface, material, polygon, None)?;
+        }
+    }
+    Ok(scene)
+}
+
+fn solved(walls: &[Wall], is_textured: bool, options: &Options) -> Result<(Scene, Solution), String> {
+    let scene = scene(walls, is_textured).map_err(|error| error.to_string())?;
+    let solution = solve(&scene, options, |_| true).map_err(|error| error.to_string())?;
+    Ok((scene, solution))
+}
+
+/// Even light by certificates: whatever glows and reflects together like a black body of radiosity 1 has that everywhere, by textures too.
+fn even(index: u64) -> Wrong {
+    let s = &mut Sampler::new(71, "even", index);
+    let size = DVec3::new(s.between(0.5, 2.0), s.between(0.5, 2.0), s.between(0.5, 2.0));
+    let walls = walls(size).map(|corners| {
+        let rho = s.between(0.1, 0.9);
+        (corners, rho, 1.0 - rho)
+    });
+    let mut findings = Vec::new();
+    let floor = Place { position: DVec3::new(0.3, 0.4, 0.0) * size, normal: DVec3::Z, face: Some(0) };
+    for is_textured in [false, true] {
+        let scene = scene(&walls, is_textured).map_err(|error| error.to_string())?;
+        let request = Request { width: 0.05, rays: 4_000, seed: index, delta: 1e-6 };
+        let certificate = certify(&scene, &request).map_err(|error| error.to_string())?;
+        if !certificate.mean[0].contains(1.0) {
+            findings.push(format!("even light by textures ({is_textured}) has the certificate {:?}", certificate.mean[0]));
+        }
+        let points = certify_points(&scene, &[floor], &Request { rays: 500, ..request }).map_err(|error| error.to_string())?;
+        for point in points {
+            let point = point.map_err(|error| error.to_string())?;
+            let radiosity = point.radiosity.iter().flatten().all(|limits| limits.contains(1.0));
+            if !radiosity || !point.irradiance[0].contains(1.0) {
+                findings.push(format!("in even light by textures ({is_textured}) a point has {point:?}"));
+            }
+        }
+    }
+    Ok(findings)
+}
+
+/// A room with a lamp: its surfaces make up the mean, what they do not reflect they emit, and what is black reflects nothing.
+fn surfaces(index: u64) -> Wrong {
+    let s = &mut Sampler::new(72, "surfaces", index);
+    let mut room =
+        walls(DVec3::new(s.between(0.5, 2.0), 1.0, s.between(0.5, 2.0))).map(|corners| (corners, s.between(0.1, 0.9), 0.0));
+    room[s.below(6) as usize].2 = s.between(1.0, 4.0);
+    room[s.below(6) as usize].1 = 0.0;
+    let options = Options { error: 0.02, first_elements: 6, most_elements: 60, ..Options::default() };
+    let mut findings = Vec::new();
+    let mut means = Vec::new();
+    for is_textured in [false, true] {
+        let (scene, solution) = solved(&room, is_textured, &options)?;
+        let by_surface = solution.by_surface(&scene);
+        let total: f64 = by_surface.iter().map(|surface| surface.area).sum();
+        let mean = by_surface.iter().map(|surface| surface.area * surface.mean[0]).sum::<f64>() / total;
+        if is_worse((mean - solution.mean()[0]).abs(), 1e-9 * mean) {
+            findings.push(format!("surfaces have the mean {mean:e}, the scene {:e}", solution.mean()[0]));
+        }
+        for (surface, (_, rho, emitted)) in by_surface.iter().zip(&room) {
+            let off = (surface.mean[0] - surface.reflected[0] - emitted).abs();
+            if is_worse(off, 1e-9 * mean) || (*rho == 0.0 && is_worse(surface.reflected[0].abs(), 1e-9 * mean)) {
+                findings.push(format!("a surface of reflectance {rho} that emits {emitted} has {surface:?}"));
+            }
+        }
+        means.push((mean, solution.mean_estimate()[0].total()));
+    }
+    let [(plain, off), (textured, other)] = means[..] else { return Ok(findings) };
+    if is_worse((plain - textured).abs(), off + other + 1e-9 * plain) {
+        findings.push(format!("the mean is {plain:e}, by textures {textured:e}, the estimates are {off:e} and {other:e}"));
+    }
+    Ok(findings)
+}
+
+/// Unit squares face to face that reflect half and emit 1: the radiosity in the middle of one and in its corner (an expansion of the integral
+/// equation, to 15 digits).
+const FACING: [([f64; 2], f64); 2] = [([0.5, 0.5], 1.133_303_564_992_420_8), ([0.0, 0.0], 1.076_981_393_145_044_5)];
+
+/// Gathers of rough solutions: within twice their estimates of what is known, and nearer to it than the polynomials that they gather.
+fn gathered(degree: usize) -> Wrong {
+    let faces = [0, 1].map(|wall| (walls(DVec3::ONE)[wall], 0.5, 1.0));
+    let mut findings = Vec::new();
+    for elements in [1, 8] {
+        let options =
+            Options { error: 1.0, degree: Some(degree), first_elements: elements, most_elements: elements, ..Options::default() };
+        let (_, solution) = solved(&faces, false, &options)?;
+        let (mut errors, mut rough) = (0.0, 0.0);
+        for ([x, y], exact) in FACING {
+            let point = DVec3::new(x, y, 0.0);
+            let answer = solution.gather(point, DVec3::Z).map_err(|error| error.to_string())?;
+            let (error, estimate) = ((answer.radiosity[0] - exact).abs(), answer.estimate[0].total());
+            if is_worse(error, 2.0 * estimate + 1e-12) {
+                findings.push(format!(
+                    "degree {degree}, {elements} elements: a gather is off by {error:e}, estimated to {estimate:e}"
+                ));
+            }
+            let polynomial = solution.value_on(answer.leaf, 0, solution.mesh().elements()[answer.leaf].reference(point));
+            (errors, rough) = (errors + error, rough + (polynomial - exact).abs());
+        }
+        if is_worse(errors, 0.5 * rough) {
+            findings
+                .push(format!("degree {degree}, {elements} elements: gathers are off by {errors:e}, polynomials by {rough:e}"));
+        }
+    }
+    Ok(findings)
+}
+
+/// Contradictions of a few rooms of each kind.
+#[must_use]
+pub fn all_wrong() -> Vec<String> {
+    let told = [even(0), surfaces(0), surfaces(1), gathered(0), gathered(1), gathered(2)];
+    told.into_iter().flat_map(|told| told.unwrap_or_else(|why| vec![why])).map(|what| format!("identities: {what}")).collect()
+}
