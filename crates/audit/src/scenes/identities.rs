@@ -83,10 +83,11 @@ fn even(index: u64) -> Wrong {
 /// A room with a lamp: its surfaces make up the mean, what they do not reflect they emit, and what is black reflects nothing.
 fn surfaces(index: u64) -> Wrong {
     let s = &mut Sampler::new(72, "surfaces", index);
-    let mut room =
-        walls(DVec3::new(s.between(0.5, 2.0), 1.0, s.between(0.5, 2.0))).map(|corners| (corners, s.between(0.1, 0.9), 0.0));
-    room[s.below(6) as usize].2 = s.between(1.0, 4.0);
+    let size = DVec3::new(s.between(0.5, 2.0), 1.0, s.between(0.5, 2.0));
+    let mut room: Vec<Wall> = walls(size).map(|corners| (corners, s.between(0.1, 0.9), 0.0)).to_vec();
     room[s.below(6) as usize].1 = 0.0;
+    let [_, ceiling, ..] = walls(size);
+    room.push((ceiling.map(|p| size * DVec3::new(0.4, 0.4, 0.05) + p * DVec3::new(0.2, 0.2, 0.9)), 0.3, s.between(1.0, 4.0)));
     let options = Options { error: 0.02, first_elements: 6, most_elements: 60, ..Options::default() };
     let mut findings = Vec::new();
     let mut means = Vec::new();

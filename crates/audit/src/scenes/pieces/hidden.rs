@@ -34,9 +34,9 @@ fn body(s: &mut Sampler) -> Vec<Vec<DVec3>> {
 fn shards(s: &mut Sampler) -> Vec<Vec<DVec3>> {
     let way = s.direction();
     let shard = |_| {
-        let (place, facing) = (s.cube(), (way + s.cube() * 0.3).normalize_or(way));
+        let (place, facing) = (s.cube(), (way + s.cube()).normalize_or(way));
         let (u, v) = facing.any_orthonormal_pair();
-        vec![place, place + u * s.between(0.1, 0.3), place + v * s.between(0.1, 0.3)]
+        vec![place, place + u * s.between(0.05, 0.5), place + v * s.between(0.05, 0.5)]
     };
     (0..24).map(shard).collect()
 }
@@ -68,7 +68,7 @@ fn views_of(index: u64, sum: &mut [f64; 2]) -> Wrong {
     let faces = if is_body { body(s) } else { shards(s) };
     let scene = scene_of(faces.clone())?;
     let inside = |s: &mut Sampler| (0..4).map(|_| faces[s.below(128) as usize][s.below(3) as usize] * 0.25).sum::<DVec3>();
-    let outside = |s: &mut Sampler| s.direction() * s.between(1.0, 4.0);
+    let outside = |s: &mut Sampler| s.direction() * s.between(0.5, 4.0);
     let place = |s: &mut Sampler| if is_body { inside(s) } else { outside(s) };
     let receivers: Result<Vec<Receiver>, _> =
         (0..if is_body { 4 } else { 12 }).map(|_| Receiver::new(place(s), s.direction(), 1.0)).collect();
