@@ -152,15 +152,17 @@ fn of_stack(index: u64) -> Result<Vec<String>, Error> {
     }
     let (mut findings, mut answers) = (Vec::new(), Answers::new());
     let tree = EmitterTree::new(&lamps);
-    for _ in 0..6 {
-        let place = way * (depth * sampler.between(-0.5, 1.5)) + u * sampler.between(-1.0, 3.0) + v * 0.25;
+    for k in 0..6 {
+        // Among them, or far off.
+        let along = if k < 4 { depth * sampler.between(-0.5, 1.5) } else { sampler.spread(1, 6) };
+        let place = way * along + u * sampler.between(-1.0, 3.0) + v * 0.25;
         let receiver = Receiver::new(place, sampler.direction() - way * 0.5, 1.0)?;
         let alone = lamps.iter().map(|lamp| evaluate_to(&receiver, lamp, &[], 1e-10)).collect::<Result<Vec<_>, _>>()?;
         let (sum, sizes) = alone.iter().fold((0.0, 0.0), |(sum, sizes), a| (sum + a.radiosity, sizes + a.radiosity.abs()));
         let room: f64 = alone.iter().map(|a| a.radiosity_error).sum::<f64>() + 1e-15 * sizes;
         let (x, n) = (receiver.position().to_array().map(|c| [c]), receiver.direction().to_array().map(|c| [c]));
         let receivers = Receivers::new([&x[0], &x[1], &x[2]], [&n[0], &n[1], &n[2]], &[1.0])?;
-        for tolerance in [0.3, 1e-2, 1e-3, 1e-5, 1e-8] {
+        for tolerance in [0.3, 1e-2, 1e-3, 1e-4, 1e-5, 1e-7, 1e-9] {
             Engine::new().total(&receivers, &tree, tolerance, &mut answers)?;
             let off = (answers.radiosity[0] - sum).abs();
             if is_worse(off, answers.radiosity_error[0] + room) {

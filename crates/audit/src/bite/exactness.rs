@@ -13,6 +13,7 @@ use radgrad_numbers::power::normalising_power;
 use radgrad_numbers::radius::Radius;
 use radgrad_numbers::{arc_tangent, effort};
 
+use crate::measure::is_worse;
 use crate::sampler::Sampler;
 
 /// Bits that hold any sum of a few products of three doubles.
@@ -146,7 +147,7 @@ fn magnitudes(sampler: &mut Sampler) -> Vec<String> {
         (Magnitude::of_number(&big(a).to_float()).to_double(), a),
     ];
     let is_off =
-        |&(_, (said, truth)): &(usize, (f64, f64))| said != truth && !((said - truth).abs() <= 1e-12 * truth.abs().max(a));
+        |&(_, (said, truth)): &(usize, (f64, f64))| said != truth && is_worse((said - truth).abs(), 1e-12 * truth.abs().max(a));
     let wrong = pairs.into_iter().enumerate().find(is_off);
     wrong.map(|(k, (said, truth))| format!("operation {k} on {a:e} and {b:e}: {said:e}, not {truth:e}")).into_iter().collect()
 }

@@ -4,6 +4,7 @@
 use glam::DVec3;
 use radgrad_core::{Derivative, Derivatives, Emission, Emitter, Error, Polygon, Receiver, derivatives};
 
+use crate::measure::is_worse;
 use crate::sampler::Sampler;
 
 /// The share of the largest derivative of its kind that a bound is below.
@@ -48,10 +49,10 @@ fn wrong(index: u64) -> Result<Vec<String>, Error> {
         let largest = others.iter().map(|other| other.value.length()).fold(0.0, f64::max);
         for (k, (one, other)) in of_lanes.iter().zip(&others).enumerate() {
             let (off, room) = ((one.value - other.value).length(), one.error + other.error);
-            if !(off <= room * (1.0 + 1e-12) + f64::EPSILON * 1e-3 * largest) {
+            if is_worse(off, room * (1.0 + 1e-12) + f64::EPSILON * 1e-3 * largest) {
                 findings.push(format!("derivative {k} of kind {kind}: off by {off:e}, known to {room:e}: {one:?} and {other:?}"));
             }
-            if !(one.error <= DIGITS * largest) {
+            if is_worse(one.error, DIGITS * largest) {
                 findings.push(format!("derivative {k} of kind {kind} is known to {:e} of {largest:e}", one.error));
             }
         }

@@ -11,6 +11,7 @@ use radgrad_oracle::scene::known::{FacingRectangles, furnace_emission};
 use radgrad_oracle::scene::{Effort, Face, Kind, Known, Point, Scene};
 use radgrad_oracle::{Arithmetic, Interval, Request, Source, enclose_source};
 
+use crate::measure::is_worse;
 use crate::sampler::Sampler;
 
 type Told = Result<Vec<String>, Box<dyn std::error::Error>>;
@@ -136,6 +137,10 @@ fn room([length, light]: [f64; 2]) -> Result<Vec<Face>, radgrad_core::Error> {
     faces.into_iter().map(face).collect()
 }
 
+/// Rays from a face, and the confidence of what they say.
+const RAYS: u32 = 500;
+const CONFIDENCE: f64 = 0.999;
+
 /// A closed room in which the radiosity is 1 everywhere, by each kind of walks; and in another unit.
 fn rooms(sampler: &mut Sampler) -> Told {
     let mut findings = Vec::new();
@@ -152,7 +157,7 @@ fn rooms(sampler: &mut Sampler) -> Told {
             known.extend(truth.points.into_iter().map(|point| (1.0, point)));
         }
         let chosen = scene.truth(&points, &effort)?.reflected.interval.width();
-        let sights = scene.sights(7, 500, seed, 0.999)?;
+        let sights = scene.sights(7, RAYS, seed, CONFIDENCE)?;
         Ok::<_, Box<dyn std::error::Error>>((known, sights, chosen))
     };
     let (known, sights, chosen) = said(1.0, 1.0)?;
@@ -164,13 +169,23 @@ fn rooms(sampler: &mut Sampler) -> Told {
     }
     let of_means = known.iter().step_by(3).map(|(_, known)| known.interval.width());
     let least = of_means.fold(f64::INFINITY, f64::min);
-    if !(chosen <= 2.0 * least) {
+    if is_worse(chosen, 2.0 * least) {
         findings.push(format!("the kind of walks that is chosen has an interval of {chosen}, another of {least}"));
     }
     // Every ray ends on the front of a face.
     let sum: f64 = sights.iter().map(|sight| sight.value).sum();
     if (sum - 1.0).abs() > 1e-12 {
         findings.push(format!("rays in a closed room end on its faces in {sum} of all cases"));
+    }
+    // Each end by Chernoff's inequality: with half of the doubt the fraction is not so far from it.
+    let part = |q: f64, p: f64| if q == 0.0 { 0.0 } else { q * libm::log(q / p) };
+    for Known { value, interval } in sights.iter().filter(|sight| sight.value > 0.0 && sight.value < 1.0) {
+        let exponent =
+            |p: f64| (part(*value, p) + part(1.0 - value, 1.0 - p)) * f64::from(RAYS) / libm::log(2.0 / (1.0 - CONFIDENCE));
+        let is_end = |p: f64| (exponent(p) - 1.0).abs() < 1e-6;
+        if !(interval.low < *value && *value < interval.high && is_end(interval.low) && is_end(interval.high)) {
+            findings.push(format!("{value} of {RAYS} rays is known to {interval:?}"));
+        }
     }
     for [length, light] in UNITS {
         let (other, of_other, _) = said(length, light)?;
@@ -268,11 +283,14 @@ fn decimals(sampler: &mut Sampler) -> Told {
     Ok(findings)
 }
 
+/// A check by its name.
+type Ask = (&'static str, fn(&mut Sampler) -> Told);
+
 /// Contradictions of so many draws of each.
 pub(super) fn all_wrong(count: u64) -> Vec<String> {
-    let asks: [(&str, fn(&mut Sampler) -> Told); 5] =
+    let asks: [Ask; 5] =
         [("points", points), ("enclosures", enclosures), ("rooms", rooms), ("rectangles", rectangles), ("decimals", decimals)];
-    let of = |(name, ask): (&str, fn(&mut Sampler) -> Told)| -> Vec<String> {
+    let of = |(name, ask): Ask| -> Vec<String> {
         let told = |index: u64| ask(&mut Sampler::new(64, name, index)).unwrap_or_else(|error| vec![format!("{name}: {error}")]);
         (0..count).flat_map(told).collect()
     };

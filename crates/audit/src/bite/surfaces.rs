@@ -5,8 +5,9 @@
 //! far beyond what the rounding of coordinates explains.
 
 use glam::DVec3;
-use radgrad_core::{Answer, Emission, Emitter, Error, Polygon, Receiver, evaluate_to};
+use radgrad_core::{Answer, Emission, Emitter, Error, Method, Polygon, Receiver, evaluate_to};
 
+use crate::measure::{is_worse, worse};
 use crate::sampler::Sampler;
 use crate::truth::norm_above;
 
@@ -141,7 +142,7 @@ fn compared(drawn: &Drawn, triangulated: &[DVec3]) -> Result<(Vec<String>, f64),
         (*b - *a).cross(*c - *a).dot((*d - *c).cross(*b - *c)) < 0.0
             || (*b - *a).cross(*d - *a).dot((*d - *c).cross(*b - *c)) < 0.0
     };
-    let (mut findings, mut most) = (Vec::new(), 0.0_f64);
+    let (mut findings, mut most) = (Vec::new(), 0.0);
     for (k, l) in [(0, 0), (1, 1), (0, 1), (1, 0)] {
         // The other diagonal of what turns inward is outside.
         if (k == 1 && turns_in(emitter)) || (l == 1 && (occluder.is_empty() || turns_in(occluder))) {
@@ -162,10 +163,52 @@ fn compared(drawn: &Drawn, triangulated: &[DVec3]) -> Result<(Vec<String>, f64),
             if !(off[0] <= bound[0] * (1.0 + 1e-12) && off[1] <= bound[1] * (1.0 + 1e-12)) {
                 findings.push(format!("{place:?}, diagonals {k} and {l}: off by {off:?}, known to {bound:?}: {said:?}"));
             }
-            most = most.max(said.radiosity_error / (said.radiosity + room[0]).max(1e-3) / precision);
+            most = worse(most, said.radiosity_error / (said.radiosity + room[0]).max(1e-3) / precision);
         }
     }
     Ok((findings, most))
+}
+
+/// Contradictions by a receiver on a surface that is not flat, within its outline or beyond, to what it would see from just in front and just
+/// behind: now and then it is all but level with a corner along an axis.
+fn on_surface(sampler: &mut Sampler) -> Result<Vec<String>, Error> {
+    let precision = sampler.spread(-46, -40);
+    let rounded = |v: DVec3| (v / precision).round() * precision;
+    let normal = sampler.direction();
+    let across = sampler.perpendicular(normal);
+    let axes = [across, normal.cross(across)];
+    let (middle, turns_in) = (sampler.cube() * 2.0, sampler.one_in(3));
+    let corners = outline(sampler, middle, axes, turns_in).map(rounded);
+    let mut at = corners[0] + axes[0] * sampler.between(-2.0, 3.0) + axes[1] * sampler.between(-1.5, 1.5);
+    let (axis, corner) = (sampler.below(3) as usize, corners[sampler.below(4) as usize]);
+    let along = axes.iter().max_by(|a, b| a[axis].abs().total_cmp(&b[axis].abs())).copied().unwrap_or(normal);
+    if sampler.one_in(2) {
+        at += along * ((corner[axis] - at[axis] + sampler.sign() * sampler.spread(-40, -28)) / along[axis]);
+    }
+    let facing = sampler.direction();
+    let whole = Polygon::from_rounded(corners.to_vec(), precision)?;
+    // As high as the highest vertex, and as low as the lowest one can be.
+    let (defect, up) = (whole.planarity_defect(), whole.normal());
+    let height = up.dot(at - corners[0]);
+    let said = answer(&Receiver::new(at, facing, 1.0)?, whole, &[], 1.0)?;
+    let mut findings = Vec::new();
+    if said.method != Method::OnSurface {
+        return Ok(findings);
+    }
+    for step in [-defect, defect] {
+        let receiver = Receiver::new(at + up * (step - height), facing, 1.0)?;
+        let (mut value, mut room) = (0.0, said.radiosity_error);
+        for half in halves(&corners, 0)? {
+            let part = answer(&receiver, half, &[], 1e-6)?;
+            value += part.radiosity;
+            room += part.radiosity_error;
+        }
+        let off = (said.radiosity - value).abs();
+        if is_worse(off, room) || room.is_nan() {
+            findings.push(format!("at {step:e} over a surface it is {value}: off by {off:e}, known to {room:e}: {said:?}"));
+        }
+    }
+    Ok(findings)
 }
 
 /// Contradictions of so many draws.
@@ -176,11 +219,17 @@ pub(super) fn all_wrong(count: u64) -> Vec<String> {
         match compared(&drawn, &drawn.occluder) {
             Ok((wrong, most)) => {
                 findings.extend(wrong.into_iter().map(|what| format!("surfaces:63:{index}: {what}")));
-                if !(most <= drawn.place.most()) {
+                if is_worse(most, drawn.place.most()) {
                     let place = drawn.place;
                     findings.push(format!("surfaces:63:{index}: {place:?}: the bound is {most:e} times the rounding"));
                 }
             }
+            Err(_) => refused += 1,
+        }
+    }
+    for index in 0..count {
+        match on_surface(&mut Sampler::new(66, "on a surface", index)) {
+            Ok(wrong) => findings.extend(wrong.into_iter().map(|what| format!("on a surface:66:{index}: {what}"))),
             Err(_) => refused += 1,
         }
     }
@@ -201,7 +250,8 @@ mod tests {
         let between: Vec<Drawn> = drawn.filter(|drawn| drawn.place == Place::Between).collect();
         let moved = |drawn: &&Drawn| {
             let mut corners = drawn.occluder.clone();
-            corners[1] += (corners[1] - corners[3]) * 0.01;
+            let aside = (corners[1] - corners[3]) * 0.01;
+            corners[1] += aside;
             compared(drawn, &corners).is_ok_and(|(wrong, _)| !wrong.is_empty())
         };
         assert!(2 * between.iter().filter(moved).count() > between.len());
