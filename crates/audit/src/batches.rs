@@ -3,11 +3,12 @@
 
 use glam::DVec3;
 use radgrad_core::batch::{Answers, Engine, Precision, ReadyEmitter, Receivers};
-use radgrad_core::{Error, Method, Polygon, Receiver, evaluate_to};
+use radgrad_core::{Emission, Emitter, Error, Method, Polygon, Receiver, evaluate_to};
 use radgrad_scene::case::{Case, Problem};
 use rayon::prelude::*;
 
 use crate::family::Family;
+use crate::lamps::entries;
 use crate::measure::is_worse;
 use crate::sampler::Sampler;
 use crate::symmetry::Change;
@@ -146,6 +147,9 @@ fn of_precision<F: Precision>(index: u64, cast: &Cast<F>, name: &str) -> Result<
         let Ok(first) = asking(Engine::new(), (&problem, &ready), &places) else { continue };
         let mut tell =
             |k: usize, what: String| findings.push(format!("batch {index} of {name}, way {way}, receiver {k}: {what}"));
+        if entries(&first.counts) != places.len() {
+            tell(0, format!("{:?} of {} receivers", first.counts, places.len()));
+        }
         for engine in Engine::all().into_iter().chain([Engine::new().threads()]) {
             if asking(engine, (&problem, &ready), &places).as_ref() != Ok(&first) {
                 tell(0, format!("{engine} gives other digits"));
@@ -200,11 +204,66 @@ fn of_precision<F: Precision>(index: u64, cast: &Cast<F>, name: &str) -> Result<
     Ok(findings)
 }
 
+/// A lamp across one axis and receivers about its plane, some nearer than rounding, and the same with x, y and z turned: as many are
+/// answered in each way, and on the dark side is nothing.
+///
+/// # Errors
+/// If a lamp or receiver is refused.
+fn across_an_axis<F: Precision>(index: u64, cast: &Cast<F>) -> Result<Vec<String>, Error> {
+    let sampler = &mut Sampler::new(55, "axes", index);
+    let level = sampler.integer(-8, 8) as f64 * 0.125;
+    let corners = [[0.0, 0.0], [1.0, 0.25], [0.75, 1.0], [-0.25, 0.75]].map(|[y, z]| DVec3::new(level, y, z));
+    let heights = |sampler: &mut Sampler| {
+        let height = sampler.spread(-22, 2);
+        if sampler.one_in(3) { -height } else { height }
+    };
+    let single = |v: DVec3| v.map(|c| (cast.from)((cast.to)(c)));
+    let place = |_| {
+        let at = DVec3::new(level + heights(sampler), sampler.between(-1.0, 2.0), sampler.between(-1.0, 2.0));
+        [single(at), single(sampler.direction() - DVec3::X)]
+    };
+    let places: Vec<[DVec3; 2]> = (0..16).map(place).collect();
+    let (mut findings, mut first) = (Vec::new(), None);
+    for turn in 0..3 {
+        let turned = |v: DVec3| {
+            if turn == 0 {
+                v
+            } else if turn == 1 {
+                DVec3::new(v.z, v.x, v.y)
+            } else {
+                DVec3::new(v.y, v.z, v.x)
+            }
+        };
+        let emitter = Emitter::new(Polygon::new(corners.map(turned).to_vec())?, Emission::Constant(1.0))?;
+        let problem =
+            Problem { receiver: Receiver::new(DVec3::ZERO, DVec3::X, 1.0)?, emitter, occluders: Vec::new(), tolerance: 1.0 };
+        let places: Vec<[DVec3; 2]> = places.iter().map(|place| place.map(turned)).collect();
+        let ready = ReadyEmitter::<F>::new(problem.emitter.clone());
+        let answers = asked(Engine::new(), (&problem, &ready), &places, cast, 3)?;
+        for (k, [at, _]) in places.iter().enumerate() {
+            let (value, _, _) = entry(&answers, cast, k);
+            if problem.emitter.polygon().normal().dot(*at - turned(corners[0])) <= 0.0 && value != 0.0 {
+                findings.push(format!("turned {turn} times, receiver {k} of batch {index} has {value}"));
+            }
+        }
+        let counts = *first.get_or_insert(answers.counts);
+        if counts != answers.counts {
+            findings.push(format!("batch {index} turned {turn} times has {:?}, it had {counts:?}", answers.counts));
+        }
+    }
+    Ok(findings)
+}
+
 /// Contradictions of the first batches.
 #[must_use]
 pub fn all_wrong(count: u64) -> Vec<String> {
     let of = |index: u64| {
-        let told = [of_precision(index, &DOUBLE, "doubles"), of_precision(index, &SINGLE, "singles")];
+        let told = [
+            of_precision(index, &DOUBLE, "doubles"),
+            of_precision(index, &SINGLE, "singles"),
+            across_an_axis(index, &DOUBLE),
+            across_an_axis(index, &SINGLE),
+        ];
         told.into_iter().flat_map(move |told| told.unwrap_or_else(|error| vec![format!("batch {index}: {error}")]))
     };
     (0..count).into_par_iter().flat_map_iter(of).collect()

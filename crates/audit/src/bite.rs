@@ -6,7 +6,12 @@
 //!
 //! `cargo xtask verify` has it in every run, and `cargo xtask mutants` runs it on shipped code with a fault planted.
 
+mod exactness;
+mod lane_derivatives;
+mod oracle_units;
+mod outlines;
 mod scene_checks;
+mod surfaces;
 
 use std::fmt::Display;
 
@@ -95,10 +100,15 @@ fn told(check: &'static str, findings: Vec<String>) -> Vec<Wrong> {
 }
 
 /// The checks, the quickest first.
-const CHECKS: [Check; 35] = [
+const CHECKS: [Check; 40] = [
     by_truth!("merge", merge),
     by_truth!("canaries", canaries),
     ("witnesses", witnesses),
+    by_truth!("exactness" = exactness::all_wrong(150)),
+    by_truth!("outlines" = outlines::all_wrong(2000)),
+    by_truth!("surfaces" = surfaces::all_wrong(160)),
+    by_truth!("units" = oracle_units::all_wrong(2)),
+    by_truth!("shares" = lane_derivatives::all_wrong(60)),
     by_truth!("brinks", brinks),
     by_truth!("trees", trees),
     by_truth!("refusals" = refusals::all_wrong()),

@@ -3,7 +3,7 @@
 //! Trees of one lamp or a few press on the rule by which a node is left out: its whole contribution is then the error.
 
 use glam::DVec3;
-use radgrad_core::batch::{Answers, EmitterTree, Emitters, Engine, Receivers};
+use radgrad_core::batch::{Answers, Counts, EmitterTree, Emitters, Engine, Receivers};
 use radgrad_core::{Emission, Emitter, Error, Polygon, Receiver, evaluate_to};
 use rayon::prelude::*;
 
@@ -121,6 +121,54 @@ pub fn wrong(index: u64) -> Result<Vec<String>, Error> {
             hold("one of many", (answers.radiosity[k] - one.radiosity).abs(), answers.radiosity_error[k] + one.radiosity_error);
             hold("the gradient of one of many", (slope - one.gradient).length(), answers.gradient_error[k] + one.gradient_error);
         }
+        // As many as there are.
+        hold("a count of entries", entries(&answers.counts).abs_diff(lamps.len()) as f64, 0.0);
+    }
+    Ok(findings)
+}
+
+/// How many entries are answered: those whose lanes are done again in double precision are among the others.
+pub(crate) const fn entries(counts: &Counts) -> usize {
+    counts.zero + counts.whole + counts.clipped + counts.single
+}
+
+/// Lamps that face one way from several heights, or several ways from one place, and receivers among them: some lamps are behind, some below.
+///
+/// # Errors
+/// If a lamp is refused or an answer overflows.
+fn of_stack(index: u64) -> Result<Vec<String>, Error> {
+    let sampler = &mut Sampler::new(20, "stacks", index);
+    let (way, depth) = (sampler.direction(), sampler.spread(-3, 1));
+    let (u, v) = way.any_orthonormal_pair();
+    let turn = if sampler.one_in(2) { 0.0 } else { sampler.spread(-12, -1) };
+    let mut lamps = Vec::new();
+    for _ in 0..24 {
+        let place = way * (depth * sampler.uniform()) + (u * sampler.uniform() + v * sampler.uniform()) * 0.5;
+        let facing = way + sampler.cube() * turn;
+        let (first, second) = facing.any_orthonormal_pair();
+        let size = sampler.between(0.05, 0.1);
+        let corners = [place, place + first * size, place + second * size];
+        lamps.push(Emitter::new(Polygon::new(corners.to_vec())?, Emission::Constant(sampler.between(0.5, 2.0)))?);
+    }
+    let (mut findings, mut answers) = (Vec::new(), Answers::new());
+    let tree = EmitterTree::new(&lamps);
+    for k in 0..6 {
+        // Among them, or far off.
+        let along = if k < 4 { depth * sampler.between(-0.5, 1.5) } else { sampler.spread(1, 6) };
+        let place = way * along + u * sampler.between(-1.0, 3.0) + v * 0.25;
+        let receiver = Receiver::new(place, sampler.direction() - way * 0.5, 1.0)?;
+        let alone = lamps.iter().map(|lamp| evaluate_to(&receiver, lamp, &[], 1e-10)).collect::<Result<Vec<_>, _>>()?;
+        let (sum, sizes) = alone.iter().fold((0.0, 0.0), |(sum, sizes), a| (sum + a.radiosity, sizes + a.radiosity.abs()));
+        let room: f64 = alone.iter().map(|a| a.radiosity_error).sum::<f64>() + 1e-15 * sizes;
+        let (x, n) = (receiver.position().to_array().map(|c| [c]), receiver.direction().to_array().map(|c| [c]));
+        let receivers = Receivers::new([&x[0], &x[1], &x[2]], [&n[0], &n[1], &n[2]], &[1.0])?;
+        for tolerance in [0.3, 1e-2, 1e-3, 1e-4, 1e-5, 1e-7, 1e-9] {
+            Engine::new().total(&receivers, &tree, tolerance, &mut answers)?;
+            let off = (answers.radiosity[0] - sum).abs();
+            if is_worse(off, answers.radiosity_error[0] + room) {
+                findings.push(format!("a total of {sum:e} is off by {off:e}, known to {:e}", answers.radiosity_error[0]));
+            }
+        }
     }
     Ok(findings)
 }
@@ -129,8 +177,10 @@ pub fn wrong(index: u64) -> Result<Vec<String>, Error> {
 #[must_use]
 pub fn all_wrong(count: u64) -> Vec<String> {
     let ask = |index: u64| {
-        let findings = wrong(index).unwrap_or_else(|error| vec![error.to_string()]);
-        findings.into_iter().map(move |what| format!("lamps:{index}: {what}"))
+        let stack = index.is_multiple_of(6).then(|| of_stack(index));
+        let told = std::iter::once(wrong(index)).chain(stack);
+        let findings = told.flat_map(|told| told.unwrap_or_else(|error| vec![error.to_string()]));
+        findings.collect::<Vec<_>>().into_iter().map(move |what| format!("lamps:{index}: {what}"))
     };
     (0..count).into_par_iter().flat_map_iter(ask).collect()
 }

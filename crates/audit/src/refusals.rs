@@ -11,16 +11,19 @@ use radgrad_core::{Emission, Emitter, Error, Polygon, Polynomial, Receiver, eval
 use crate::sampler::Sampler;
 use crate::screens::of_faces;
 
-/// A convex polygon of whole numbers over a coordinate plane, put into a tilted plane without rounding.
+/// A polygon of whole numbers over a coordinate plane, put into a tilted plane without rounding.
 fn planar(sampler: &mut Sampler) -> Vec<DVec3> {
-    let outlines: [&[[f64; 2]]; 3] = [
+    let outlines: [&[[f64; 2]]; 5] = [
         &[[0.0, 0.0], [9.0, 1.0], [11.0, 7.0], [2.0, 8.0]],
         &[[0.0, 0.0], [5.0, -2.0], [9.0, 3.0], [6.0, 8.0], [-1.0, 5.0]],
         &[[0.0, 0.0], [64.0, 1.0], [65.0, 4.0], [3.0, 5.0]],
+        // It turns inward where it starts, or elsewhere.
+        &[[0.0, 0.0], [-4.0, -5.0], [12.0, 0.0], [-4.0, 5.0]],
+        &[[0.0, 0.0], [9.0, 1.0], [4.0, 3.0], [2.0, 8.0]],
     ];
     let mut whole = || DVec3::from([(); 3].map(|()| sampler.integer(-7, 7) as f64 / 8.0));
     let (u, v, start) = (whole() + DVec3::X * 2.0, whole() + DVec3::Y * 2.0, whole() * 16.0);
-    outlines[sampler.below(3) as usize].iter().map(|[x, y]| start + u * *x + v * *y).collect()
+    outlines[sampler.below(5) as usize].iter().map(|[x, y]| start + u * *x + v * *y).collect()
 }
 
 /// Height of vertex j over the plane through vertex 0 across the vector of the area.
@@ -104,6 +107,15 @@ fn affinity(sampler: &mut Sampler) -> Vec<String> {
             let along = slope - polygon.normal() * slope.dot(polygon.normal());
             if (emitter.emission_gradient() - along).length() > 1e-12 * (1.0 + least) {
                 findings.push(format!("the gradient of {values:?} is {}, not {along}", emitter.emission_gradient()));
+            }
+            // Of three corners in another unit, near both ends of the range.
+            let of_three = |unit: f64| {
+                let values = values[..3].iter().map(|value| value * unit).collect();
+                Ok(Emitter::new(Polygon::new(vertices[..3].to_vec())?, Emission::at_vertices(values))?.emission_gradient() / unit)
+            };
+            let slopes: [Result<DVec3, Error>; 3] = [0, 1000, -900].map(|power| of_three(libm::ldexp(1.0, power)));
+            if slopes[1..].iter().any(|slope| *slope != slopes[0]) {
+                findings.push(format!("the gradient of the first of {values:?} is {slopes:?} in other units"));
             }
         }
         Err(error) => findings.push(format!("{values:?} is affine but for rounding: {error}")),

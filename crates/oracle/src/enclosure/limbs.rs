@@ -300,11 +300,7 @@ where
     }
 
     fn to_exact(&self) -> Exact {
-        if self.is_zero() {
-            Exact::zero()
-        } else {
-            Exact::of_integer(self.negative, &self.limbs, self.exponent.saturating_sub(Self::BITS))
-        }
+        Exact::of_integer(self.negative, &self.limbs, self.exponent.saturating_sub(Self::BITS))
     }
 
     #[inline]
