@@ -58,6 +58,7 @@ pub mod mutants;
 pub mod name;
 pub mod operations;
 pub mod precision;
+pub mod rays;
 pub mod record;
 pub mod refusals;
 pub mod regression;
