@@ -68,6 +68,7 @@ pub mod scenes;
 pub mod screens;
 pub mod search;
 pub mod seen;
+pub mod shadows;
 pub mod shard;
 pub mod shrink;
 mod single_precision;

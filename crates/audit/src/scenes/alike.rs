@@ -73,7 +73,7 @@ fn solved(model: &Model) -> Result<(Vec<Kind>, Vec<String>), String> {
 }
 
 /// Faces of which the elements have another area, and elements of which points are not where they are.
-fn uncovered(solution: &Solution) -> Vec<String> {
+pub(crate) fn uncovered(solution: &Solution) -> Vec<String> {
     let mesh = solution.mesh();
     let mut findings = Vec::new();
     for (face, polygon) in mesh.polygons().iter().enumerate() {

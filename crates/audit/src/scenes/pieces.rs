@@ -229,6 +229,7 @@ fn kernel(mesh: &Mesh, receiver: &Receiver, transfer: &Transfer, error: f64, s: 
             }
         }
     }
+    findings.extend(loose(receiver, element, corners, transfer));
     let Some([square, beyond]) = transfer.beyond else { return findings };
     let values: f64 = transfer.values.iter().map(|v| v * v).sum();
     let is_smooth = transfer.derivatives.is_some();
@@ -272,6 +273,18 @@ fn kernel(mesh: &Mesh, receiver: &Receiver, transfer: &Transfer, error: f64, s: 
         }
     }
     findings
+}
+
+/// The least kernel where that is said to be less than distances allow: of the corner that is lowest over the receiver's plane, with the farthest
+/// distance in place of its own.
+fn loose(receiver: &Receiver, element: &Element, corners: &[[f64; 2]], transfer: &Transfer) -> Option<String> {
+    transfer.derivatives?;
+    let points = || corners.iter().map(|&at| element.point(at) - receiver.position());
+    let farthest = points().map(|r| r.length()).fold(0.0, largest);
+    let allowed = |(&at, r): (&[f64; 2], DVec3)| kernel_at(receiver, element, at) * (r.length() / farthest).powi(4);
+    let least = corners.iter().zip(points()).map(allowed).fold(f64::INFINITY, smallest);
+    let [said, _] = transfer.kernel;
+    exceeds(least, said * (1.0 + 1e-9) + 1e-12).then(|| format!("the kernel is {least:e} or more, that it is {said:e} is said"))
 }
 
 /// Coefficients of the kernel times the area in the distance along a direction of the plane, by products of series.
