@@ -15,8 +15,8 @@ use super::family::Name;
 use super::model::{Change, Model};
 use crate::measure::is_worse;
 
-/// The order of the channels in the changed scene, and what light is multiplied by: a power of two, so that every digit stays.
-const CHANNELS: [usize; 3] = [2, 0, 1];
+/// The order of the channels in the changed scene, in which none has the next one after it, and what light is multiplied by: a power of two, so that every digit stays.
+const CHANNELS: [usize; 3] = [2, 1, 0];
 const UNIT: f64 = 1.0 / (1u64 << 40) as f64;
 
 /// Allowed difference of two numbers, over the largest of their kind or the mean of light: sums in another order round otherwise.
