@@ -10,6 +10,7 @@ use glam::DVec3;
 use radgrad_core::Polygon;
 use radgrad_scene::{Counted, FactorMatrix, FactorSettings, FormFactors, RayFactors, RayRow, RaySettings, Scene, largest};
 
+use crate::measure::is_worse;
 use crate::sampler::Sampler;
 use model::Model;
 
@@ -199,7 +200,7 @@ impl Counts<'_> {
         if !(0.05..=1.0).contains(&(squares / expected)) {
             findings.push(format!("the squares of the errors are {squares:e}, by chance {expected:e}"));
         }
-        if (factors.widest() - widest).abs() > ROUNDED * widest {
+        if is_worse((factors.widest() - widest).abs(), ROUNDED * widest) {
             findings.push(format!("the widest interval has {}, that of the rows {widest}", factors.widest()));
         }
         findings
@@ -219,7 +220,7 @@ fn near(asked: &Counts<'_>, factors: &RayFactors) -> Vec<String> {
             if touch && !entry.is_exact {
                 findings.push(format!("the factor {face} to {} of neighbours is by rays", entry.face));
             }
-            if entry.is_exact && (entry.factor - truth).abs() > entry.upper - entry.factor + TRUTH {
+            if entry.is_exact && is_worse((entry.factor - truth).abs(), entry.upper - entry.factor + TRUTH) {
                 findings.push(format!("the factor {face} to {} is {truth}, not {}", entry.face, entry.factor));
             }
         }
@@ -254,7 +255,7 @@ fn rare(asked: &Counts<'_>) -> Result<Vec<String>, String> {
         let counted = asked.factors.count_rays(0..rows, &settings, |_| ()).map_err(said)?;
         let factors = asked.factors.by_rays(counted, &settings).map_err(said)?;
         let expected = model::absent(factors.rays() as f64, model::logarithm(rows, settings.confidence));
-        if (factors.absent() - expected).abs() > ROUNDED {
+        if is_worse((factors.absent() - expected).abs(), ROUNDED) {
             findings.push(format!("with {rays} rays a factor that is not there is {} at most, not {expected}", factors.absent()));
         }
     }

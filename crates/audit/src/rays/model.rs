@@ -136,10 +136,10 @@ impl Model {
         }
         let taken = |scale: &[f64], i: usize| exchanges[i].iter().map(|(j, area)| area * scale[*j]).sum::<f64>();
         for _ in 0..400 {
-            for i in 0..count {
+            for (i, residual) in residual.iter().enumerate() {
                 let whole = taken(&self.scale, i) + self.open[i] * self.areas[i] / self.rays;
                 if whole > 0.0 {
-                    self.scale[i] = (largest(residual[i], 0.0) / whole).clamp(RANGE[0], RANGE[1]);
+                    self.scale[i] = (largest(*residual, 0.0) / whole).clamp(RANGE[0], RANGE[1]);
                 }
             }
         }

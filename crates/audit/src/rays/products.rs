@@ -4,6 +4,7 @@ use radgrad_scene::{BlockOperator, Certified, FactorOperator, RayFactors, larges
 
 use super::model::Model;
 use super::{Counts, ROUNDED, SAME};
+use crate::measure::is_worse;
 
 /// What single precision and a few sums of it leave of numbers up to 1.
 const SINGLE: f64 = 2e-6;
@@ -22,7 +23,7 @@ pub(super) fn wrong(asked: &Counts<'_>, factors: &RayFactors) -> Result<Vec<Stri
     // One sign may be as far off as the other.
     let most = 2.0 * (model.deviation(largest_of(model.plain(&ones)), 1.0) + largest_of(model.moved(&ones)))
         + largest_of(model.near_errors(&ones));
-    if (operator.error() - most).abs() > SAME * most {
+    if is_worse((operator.error() - most).abs(), SAME * most) {
         findings.push(format!("products are said to be off by {}, by the counts {most}", operator.error()));
     }
     let [fine, rough] = [operator.blocks(&asked.factors.middles(), 1e-9), operator.blocks(&asked.factors.middles(), 0.8)];
@@ -47,13 +48,13 @@ pub(super) fn wrong(asked: &Counts<'_>, factors: &RayFactors) -> Result<Vec<Stri
             let face = row.face;
             let sum: f64 = row.entries.iter().map(|entry| entry.factor * q[entry.face]).sum();
             let truth: f64 = asked.truth.row(face).map(|entry| entry.factor * q[entry.face]).sum();
-            if (product[face] - sum).abs() > 1e-12 {
+            if is_worse((product[face] - sum).abs(), 1e-12) {
                 findings.push(format!("the product at {face} is {}, by the row {sum}", product[face]));
             }
-            if !((product[face] - truth).abs() <= error[face] + 1e-4) {
+            if is_worse((product[face] - truth).abs(), error[face] + 1e-4) {
                 findings.push(format!("the product at {face} is {} to {}, the truth {truth}", product[face], error[face]));
             }
-            if (error[face] - stated[face]).abs() > SAME * stated[face] {
+            if is_worse((error[face] - stated[face]).abs(), SAME * stated[face]) {
                 findings.push(format!("the error at {face} is {}, by the counts {}", error[face], stated[face]));
             }
         }
@@ -63,7 +64,7 @@ pub(super) fn wrong(asked: &Counts<'_>, factors: &RayFactors) -> Result<Vec<Stri
                 let off = (in_blocks.product[face] - product[face]).abs();
                 let more = in_blocks.error[face] - error[face];
                 let is_same = is_fine || *q == ones;
-                if off > if is_same { SINGLE } else { more + SINGLE } {
+                if is_worse(off, if is_same { SINGLE } else { more + SINGLE }) {
                     findings.push(format!("in blocks the product at {face} is off by {off:e}, the error {more:e} more"));
                 }
                 // Far blocks know of a counted sum that it is no more than the product.
@@ -103,7 +104,7 @@ fn columns(operator: &FactorOperator, [first, second]: [&[f64]; 2]) -> Result<Ve
     let single = [operator.apply(first)?, operator.apply(second)?];
     let differs = |k: usize| {
         let expected = &single[usize::from(!k.is_multiple_of(3))];
-        (0..first.len()).any(|face| (products[face * COLUMNS + k] - expected[face]).abs() > 1e-12)
+        (0..first.len()).any(|face| is_worse((products[face * COLUMNS + k] - expected[face]).abs(), 1e-12))
     };
     Ok((0..COLUMNS).filter(|&k| differs(k)).map(|k| format!("list {k} of {COLUMNS} at once has another product")).collect())
 }
@@ -115,7 +116,7 @@ fn reciprocal(blocks: &BlockOperator, areas: &[f64]) -> Result<Vec<String>, radg
     let mut findings = Vec::new();
     for (i, j) in (0..areas.len()).flat_map(|i| (0..i).map(move |j| (i, j))) {
         let [there, back] = [areas[i] * got[j][i], areas[j] * got[i][j]];
-        if there < 0.0 || (there - back).abs() > 1e-12 * there {
+        if there < 0.0 || is_worse((there - back).abs(), 1e-12 * there) {
             findings.push(format!("in blocks {i} gets {there:e} of {j}, and that {back:e}"));
         }
     }

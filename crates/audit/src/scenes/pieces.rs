@@ -79,6 +79,9 @@ struct Looked {
 /// Faces from which on a rough answer is by rays.
 const MANY: u64 = 26;
 
+/// The corners of a screen that is round.
+const ROUND: u32 = 30;
+
 fn looked(index: u64) -> Result<Looked, String> {
     let s = &mut Sampler::new(18, "transfers", index);
     let (u, v) = (
@@ -100,7 +103,10 @@ fn looked(index: u64) -> Result<Looked, String> {
         let middle = point.lerp(at(within(shape, s)), s.between(0.3, 0.7));
         let size = if count == MANY { 0.1 } else { 0.6 } * s.between(0.1, 0.7) * height;
         let (a, b) = (s.cube() * size, s.cube() * size);
-        faces.push(vec![middle - a, middle + a - b, middle + b]);
+        let around = |k: u32| f64::from(k) * std::f64::consts::TAU / f64::from(ROUND);
+        // More corners than are kept of a shadow.
+        let round = || (0..ROUND).map(|k| middle + a * around(k).cos() + b * around(k).sin()).collect();
+        faces.push(if index == 4 { round() } else { vec![middle - a, middle + a - b, middle + b] });
     }
     if s.one_in(4) {
         // One that is in part below the face's plane.
