@@ -71,7 +71,7 @@ fn room(index: u64) -> Result<Scene, String> {
     Ok(scene)
 }
 
-/// A scene with the counts of its rays and what the library makes of them.
+/// A scene with the counts of its rays.
 struct Counts<'a> {
     scene: &'a Scene,
     factors: &'a FormFactors<'a>,
@@ -132,7 +132,7 @@ fn in_room(index: u64) -> Result<Vec<String>, String> {
     let mut findings = asked.judged(&whole, 0.0)?;
     findings.extend(near(&asked, &whole));
     findings.extend(products::wrong(&asked, &whole)?);
-    findings.extend(kept(&whole));
+    findings.extend(read_back(&whole));
     let least = 4e-3;
     let fewer = whole.clone().without_below(least);
     if fewer.stored() >= whole.stored() {
@@ -229,7 +229,7 @@ fn near(asked: &Counts<'_>, factors: &RayFactors) -> Vec<String> {
 }
 
 /// Factors as bytes, whole and in part.
-fn kept(factors: &RayFactors) -> Vec<String> {
+fn read_back(factors: &RayFactors) -> Vec<String> {
     let bytes = factors.to_bytes();
     let mut findings = Vec::new();
     if RayFactors::from_bytes(&bytes).ok().as_ref() != Some(factors) {

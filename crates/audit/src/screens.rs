@@ -306,14 +306,14 @@ pub fn of_corners(index: u64) -> Result<Vec<String>, String> {
     let factors = FormFactors::new(&scene).map_err(said)?;
     let settings = FactorSettings { tolerance: 0.5, estimate: 1.0, relative_estimate: 1.0, ..FactorSettings::default() };
     // The kernel at the corners is `1/pi`, and less elsewhere; the free pairs are a corner of a hypercube.
-    let most = (2.0 * d).powi(4) / (24.0 * std::f64::consts::PI);
+    let light = (2.0 * d).powi(4) / (24.0 * std::f64::consts::PI);
     let mut findings = Vec::new();
     for [from, to] in [[0, 1], [1, 0]] {
         let Factor { value, upper, estimate, .. } = factors.between(from, to, &settings).map_err(said)?;
-        let least = most / (1.0 + 4.0 * d * d).powi(2);
-        if is_worse(value - most, estimate) || is_worse(least - value, estimate) || is_worse(least, upper) {
+        let least = light / (1.0 + 4.0 * d * d).powi(2);
+        if is_worse(value - light, estimate) || is_worse(least - value, estimate) || is_worse(least, upper) {
             findings
-                .push(format!("corners {index}: {value:e} to {estimate:e} and at most {upper:e}, it is {least:e} to {most:e}"));
+                .push(format!("corners {index}: {value:e} to {estimate:e} and at most {upper:e}, it is {least:e} to {light:e}"));
         }
     }
     Ok(findings)

@@ -1,4 +1,4 @@
-//! What counts of rays make.
+//! Factors, intervals and errors that the counts of rays make.
 
 use radgrad_scene::{RayFactors, RayRow, largest, smallest};
 

@@ -6,7 +6,7 @@ use super::model::Model;
 use super::{Counts, ROUNDED, SAME};
 use crate::measure::is_worse;
 
-/// What single precision and a few sums of it leave of numbers up to 1.
+/// The error that single precision and a few sums of it leave in numbers up to 1.
 const SINGLE: f64 = 2e-6;
 
 pub(super) fn wrong(asked: &Counts<'_>, factors: &RayFactors) -> Result<Vec<String>, String> {
@@ -21,10 +21,10 @@ pub(super) fn wrong(asked: &Counts<'_>, factors: &RayFactors) -> Result<Vec<Stri
     let largest_of = |numbers: Vec<f64>| numbers.into_iter().fold(0.0, largest);
     let ones = vec![1.0; count];
     // One sign may be as far off as the other.
-    let most = 2.0 * (model.deviation(largest_of(model.plain(&ones)), 1.0) + largest_of(model.moved(&ones)))
+    let bound = 2.0 * (model.deviation(largest_of(model.plain(&ones)), 1.0) + largest_of(model.moved(&ones)))
         + largest_of(model.near_errors(&ones));
-    if is_worse((operator.error() - most).abs(), SAME * most) {
-        findings.push(format!("products are said to be off by {}, by the counts {most}", operator.error()));
+    if is_worse((operator.error() - bound).abs(), SAME * bound) {
+        findings.push(format!("products are said to be off by {}, by the counts {bound}", operator.error()));
     }
     let [fine, rough] = [operator.blocks(&asked.factors.middles(), 1e-9), operator.blocks(&asked.factors.middles(), 0.8)];
     let (fine, rough) = (fine.map_err(said)?, rough.map_err(said)?);
@@ -61,11 +61,11 @@ pub(super) fn wrong(asked: &Counts<'_>, factors: &RayFactors) -> Result<Vec<Stri
         for (blocks, is_fine) in [(&fine, true), (&rough, false)] {
             let in_blocks = blocks.certified(q).map_err(said)?;
             for face in 0..count {
-                let off = (in_blocks.product[face] - product[face]).abs();
+                let apart = (in_blocks.product[face] - product[face]).abs();
                 let more = in_blocks.error[face] - error[face];
                 let is_same = is_fine || *q == ones;
-                if is_worse(off, if is_same { SINGLE } else { more + SINGLE }) {
-                    findings.push(format!("in blocks the product at {face} is off by {off:e}, the error {more:e} more"));
+                if is_worse(apart, if is_same { SINGLE } else { more + SINGLE }) {
+                    findings.push(format!("in blocks the product at {face} is off by {apart:e}, the error {more:e} more"));
                 }
                 // Far blocks know of a counted sum that it is no more than the product.
                 let expected = if *q == ones {
@@ -78,6 +78,15 @@ pub(super) fn wrong(asked: &Counts<'_>, factors: &RayFactors) -> Result<Vec<Stri
                     findings.push(format!("in blocks the error at {face} is {more:e} more, by the counts {expected:e}"));
                 }
             }
+        }
+    }
+    let negative: Vec<f64> = first.iter().map(|q| -q).collect();
+    let signs = [operator.certified(&first), operator.certified(&negative), rough.certified(&first), rough.certified(&negative)];
+    let [one, other, in_blocks, in_blocks_other] = signs;
+    for [one, other] in [[one, other], [in_blocks, in_blocks_other]] {
+        let errors = [one.map_err(said)?.error, other.map_err(said)?.error];
+        if errors[0].iter().zip(&errors[1]).any(|(one, other)| is_worse((one - other).abs(), 1e-13 * one)) {
+            findings.push("with the other sign a product has other errors".to_owned());
         }
     }
     findings.extend(columns(&operator, [&first, &second]).map_err(said)?);
