@@ -41,7 +41,8 @@ use crate::table::Table;
 use crate::truth::Truth;
 use crate::witness::{self, Query, Witness};
 use crate::{
-    batches, closed, derivatives, derived, entries, estimates, hulls, lamps, long, motions, operations, refusals, symmetry,
+    batches, closed, derivatives, derived, entries, estimates, hulls, lamps, long, motions, operations, rays, refusals, shadows,
+    symmetry,
 };
 
 /// Something wrong.
@@ -100,7 +101,7 @@ fn told(check: &'static str, findings: Vec<String>) -> Vec<Wrong> {
 }
 
 /// The checks, the quickest first.
-const CHECKS: [Check; 40] = [
+const CHECKS: [Check; 42] = [
     by_truth!("merge", merge),
     by_truth!("canaries", canaries),
     ("witnesses", witnesses),
@@ -126,6 +127,8 @@ const CHECKS: [Check; 40] = [
     by_truth!("enclosures", enclosures),
     by_truth!("awkward", awkward_cases),
     by_truth!("closed" = closed::all_wrong(48)),
+    by_truth!("rays" = rays::all_wrong(2)),
+    by_truth!("shadows" = shadows::all_wrong()),
     by_truth!("pieces", scene_checks::pieces),
     by_truth!("identities" = scenes::identities::all_wrong()),
     by_truth!("alike", scene_checks::alike),

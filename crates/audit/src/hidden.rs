@@ -208,6 +208,30 @@ pub fn of_rays(index: u64) -> Vec<String> {
     findings
 }
 
+/// Violations by the first polygon along a ray that starts on another one, which it does not meet, to either side.
+#[must_use]
+pub fn of_starts(index: u64) -> Vec<String> {
+    let s = &mut Sampler::new(24, "starts", index);
+    let level = |z: f64| quad([0.0, 0.0, z], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
+    let mut outlines = [level(-1.0), level(0.0), level(1.0)];
+    outlines[2].reverse();
+    let from = DVec3::new(s.between(0.1, 0.9), s.between(0.1, 0.9), 0.0);
+    let aside = DVec3::new(s.between(0.05, 0.95), s.between(0.05, 0.95), 0.0) - from;
+    let mut findings = Vec::new();
+    for (by, power) in POWERS.into_iter().enumerate() {
+        let level = |outline: &Vec<DVec3>| Polygon::new(outline.clone()).ok().and_then(|polygon| turned(&polygon, by, power));
+        let Some(polygons) = outlines.iter().map(level).collect::<Option<Vec<_>>>() else { continue };
+        let occluders = Occluders::new(&polygons);
+        for (expected, up) in [(2, DVec3::Z), (0, -DVec3::Z)] {
+            let said = occluders.first_along(shifted(from, by) * power, shifted(aside + up, by) * power, &[]);
+            if said.map(|(face, _)| face) != Some(expected) {
+                findings.push(format!("starts {index} by {by}: from {from} to {up} first {said:?}, it is {expected}"));
+            }
+        }
+    }
+    findings
+}
+
 /// A floor with towers on it, some of them wall to wall.
 fn city(index: u64) -> Result<Scene, String> {
     let s = &mut Sampler::new(26, "city", index);

@@ -291,6 +291,34 @@ pub(crate) fn recorded_shares(index: u64) -> Result<Vec<(f64, f64)>, String> {
     Ok(shares(index)?.map(|[least, most]| (0.5 * (least + most), 0.5 * (most - least))).to_vec())
 }
 
+/// Violations by the value of a factor of which little is asked, past a screen that leaves the far corners of two unit squares alone: no point inside
+/// either one sees much past it, and yet there is light. Of the sums `u` of all four distances to the corner's edges those below `2 d` are free.
+///
+/// # Errors
+/// If there is no such factor: why.
+pub fn of_corners(index: u64) -> Result<Vec<String>, String> {
+    let d = Sampler::new(42, "corners", index).between(0.02, 0.2);
+    let (low, mut high) = (quad(DVec3::ZERO, DVec3::X, DVec3::Y), quad(DVec3::Z, DVec3::X, DVec3::Y));
+    high.reverse();
+    let screen = [[-1.0, -1.0], [2.0, -1.0], [2.0, -d], [-d, 2.0], [-1.0, 2.0]].map(|[x, y]| DVec3::new(x, y, 0.5));
+    let scene = of_faces([low, high, screen.to_vec()].into_iter())?;
+    let said = |error: radgrad_scene::Error| error.to_string();
+    let factors = FormFactors::new(&scene).map_err(said)?;
+    let settings = FactorSettings { tolerance: 0.5, estimate: 1.0, relative_estimate: 1.0, ..FactorSettings::default() };
+    // The kernel at the corners is `1/pi`, and less elsewhere; the free pairs are a corner of a hypercube.
+    let light = (2.0 * d).powi(4) / (24.0 * std::f64::consts::PI);
+    let mut findings = Vec::new();
+    for [from, to] in [[0, 1], [1, 0]] {
+        let Factor { value, upper, estimate, .. } = factors.between(from, to, &settings).map_err(said)?;
+        let least = light / (1.0 + 4.0 * d * d).powi(2);
+        if is_worse(value - light, estimate) || is_worse(least - value, estimate) || is_worse(least, upper) {
+            findings
+                .push(format!("corners {index}: {value:e} to {estimate:e} and at most {upper:e}, it is {least:e} to {light:e}"));
+        }
+    }
+    Ok(findings)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -21,7 +21,7 @@ pub(super) fn free_exchanges(_: &Setting<'_>) -> Vec<String> {
 pub(super) fn past_screens(_: &Setting<'_>) -> Vec<String> {
     let drawn = |index: u64| {
         let pairs = (index < 1).then(|| screens::of_complements(index));
-        let asked = [screens::of_drawn(index), screens::of_shares(index)].into_iter().chain(pairs);
+        let asked = [screens::of_drawn(index), screens::of_shares(index), screens::of_corners(index)].into_iter().chain(pairs);
         asked.flat_map(|said| said.unwrap_or_else(|error| vec![error])).collect::<Vec<_>>()
     };
     (0..10u64).into_par_iter().flat_map_iter(drawn).collect()
@@ -32,7 +32,11 @@ pub(super) fn in_beams(_: &Setting<'_>) -> Vec<String> {
     let asked = |index: u64| {
         let city = (index < 8).then(|| hidden::of_city(index).unwrap_or_else(|error| vec![error]));
         let horizons = (10 * index..10 * index + 10).flat_map(hidden::of_horizon).collect();
-        [hidden::of_beam(index), hidden::of_rays(index), horizons].into_iter().chain(city).flatten().collect::<Vec<_>>()
+        [hidden::of_beam(index), hidden::of_rays(index), hidden::of_starts(index), horizons]
+            .into_iter()
+            .chain(city)
+            .flatten()
+            .collect::<Vec<_>>()
     };
     (0..80u64).into_par_iter().flat_map_iter(asked).collect()
 }

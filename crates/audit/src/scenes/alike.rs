@@ -15,8 +15,8 @@ use super::family::Name;
 use super::model::{Change, Model};
 use crate::measure::is_worse;
 
-/// The order of the channels in the changed scene, and what light is multiplied by: a power of two, so that every digit stays.
-const CHANNELS: [usize; 3] = [2, 0, 1];
+/// The order of the channels in the changed scene, in which none has the next one after it, and what light is multiplied by: a power of two, so that every digit stays.
+const CHANNELS: [usize; 3] = [2, 1, 0];
 const UNIT: f64 = 1.0 / (1u64 << 40) as f64;
 
 /// Allowed difference of two numbers, over the largest of their kind or the mean of light: sums in another order round otherwise.
@@ -73,7 +73,7 @@ fn solved(model: &Model) -> Result<(Vec<Kind>, Vec<String>), String> {
 }
 
 /// Faces of which the elements have another area, and elements of which points are not where they are.
-fn uncovered(solution: &Solution) -> Vec<String> {
+pub(crate) fn uncovered(solution: &Solution) -> Vec<String> {
     let mesh = solution.mesh();
     let mut findings = Vec::new();
     for (face, polygon) in mesh.polygons().iter().enumerate() {

@@ -79,6 +79,9 @@ struct Looked {
 /// Faces from which on a rough answer is by rays.
 const MANY: u64 = 26;
 
+/// The corners of a screen that is round.
+const ROUND: u32 = 30;
+
 fn looked(index: u64) -> Result<Looked, String> {
     let s = &mut Sampler::new(18, "transfers", index);
     let (u, v) = (
@@ -100,7 +103,10 @@ fn looked(index: u64) -> Result<Looked, String> {
         let middle = point.lerp(at(within(shape, s)), s.between(0.3, 0.7));
         let size = if count == MANY { 0.1 } else { 0.6 } * s.between(0.1, 0.7) * height;
         let (a, b) = (s.cube() * size, s.cube() * size);
-        faces.push(vec![middle - a, middle + a - b, middle + b]);
+        let around = |k: u32| f64::from(k) * std::f64::consts::TAU / f64::from(ROUND);
+        // More corners than are kept of a shadow.
+        let round = || (0..ROUND).map(|k| middle + a * around(k).cos() + b * around(k).sin()).collect();
+        faces.push(if index == 4 { round() } else { vec![middle - a, middle + a - b, middle + b] });
     }
     if s.one_in(4) {
         // One that is in part below the face's plane.
@@ -229,6 +235,7 @@ fn kernel(mesh: &Mesh, receiver: &Receiver, transfer: &Transfer, error: f64, s: 
             }
         }
     }
+    findings.extend(loose(receiver, element, corners, transfer));
     let Some([square, beyond]) = transfer.beyond else { return findings };
     let values: f64 = transfer.values.iter().map(|v| v * v).sum();
     let is_smooth = transfer.derivatives.is_some();
@@ -272,6 +279,18 @@ fn kernel(mesh: &Mesh, receiver: &Receiver, transfer: &Transfer, error: f64, s: 
         }
     }
     findings
+}
+
+/// The least kernel where that is said to be less than distances allow: of the corner that is lowest over the receiver's plane, with the farthest
+/// distance in place of its own.
+fn loose(receiver: &Receiver, element: &Element, corners: &[[f64; 2]], transfer: &Transfer) -> Option<String> {
+    transfer.derivatives?;
+    let points = || corners.iter().map(|&at| element.point(at) - receiver.position());
+    let farthest = points().map(|r| r.length()).fold(0.0, largest);
+    let allowed = |(&at, r): (&[f64; 2], DVec3)| kernel_at(receiver, element, at) * (r.length() / farthest).powi(4);
+    let least = corners.iter().zip(points()).map(allowed).fold(f64::INFINITY, smallest);
+    let [said, _] = transfer.kernel;
+    exceeds(least, said * (1.0 + 1e-9) + 1e-12).then(|| format!("the kernel is {least:e} or more, that it is {said:e} is said"))
 }
 
 /// Coefficients of the kernel times the area in the distance along a direction of the plane, by products of series.
