@@ -382,7 +382,8 @@ fn solved(
         let reached = format!("round {}: {} elements, {} links, estimate {estimate:.3} %", p.round, p.elements, p.links);
         if bar.is_hidden() && scene.faces().len() >= MANY {
             // Where no bar is seen these are the early answers.
-            let means = solution.channels().iter().zip(solution.reflected()).map(|(channel, mean)| format!("{mean:.4e} ({channel})"));
+            let means =
+                solution.channels().iter().zip(solution.reflected()).map(|(channel, mean)| format!("{mean:.4e} ({channel})"));
             let (seconds, means) = (start.elapsed().as_secs_f64(), means.collect::<Vec<_>>().join(", "));
             say(format_args!("after {seconds:.1} s, {reached}, reflected mean {means}"));
         }

@@ -178,7 +178,11 @@ impl Mesh {
             elements.extend(of_face);
         }
         let roots = (0..elements.len()).collect();
-        let emits: Vec<bool> = scene.faces().iter().map(|face| scene.materials()[face.material()].radiance().iter().any(|radiance| *radiance > 0.0)).collect();
+        let emits: Vec<bool> = scene
+            .faces()
+            .iter()
+            .map(|face| scene.materials()[face.material()].radiance().iter().any(|radiance| *radiance > 0.0))
+            .collect();
         let clusters = Clusters::over(&elements, &emits);
         let screens = convex.iter().zip(&polygons);
         let screens = screens.map(|(parts, of)| parts.iter().map(|part| Screen::new(part, of.normal())).collect()).collect();

@@ -403,9 +403,8 @@ impl BlockOperator {
         // How far any mean over a part is at most from the one that its sums make.
         let reach = |of: &Range<usize>, sums: &[f32]| {
             let q = &by_place[of.clone()];
-            let [low, high] = q
-                .iter()
-                .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], &q| [crate::smallest(low, q), larger(high, q)]);
+            let [low, high] =
+                q.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], &q| [crate::smallest(low, q), larger(high, q)]);
             let [whole, mean] = sums.iter().zip(q).fold([0.0; 2], |[whole, mean], (&sum, q)| {
                 let sum = f64::from(sum);
                 [whole + sum, mean + sum * q]

@@ -65,7 +65,14 @@ fn scene(side: usize) -> Scene {
 /// Links to all roots.
 fn all_links(optics: &Optics<'_>, receiver: usize) -> Vec<Link> {
     let field = Field::dark(optics.mesh, 1);
-    let need = Need { field: &field, weight: &[0.0], allowed: 1.0, without_order: WITHOUT_ORDER, of_rays: WITHOUT_ORDER, clock: Clock::started() };
+    let need = Need {
+        field: &field,
+        weight: &[0.0],
+        allowed: 1.0,
+        without_order: WITHOUT_ORDER,
+        of_rays: WITHOUT_ORDER,
+        clock: Clock::started(),
+    };
     let sources = optics.mesh.roots().iter().map(|&root| (root, None));
     optics.links(Gatherer::Element(receiver), sources, &need).unwrap()
 }
@@ -129,7 +136,14 @@ fn closed_clusters_are_mostly_within_twice_their_estimates() {
         let (mut receivers, mut deviations) = (0, 0.0);
         for receiver in (0..mesh.elements().len()).step_by(5) {
             let exact = all_links(&optics, receiver);
-            let need = Need { field: &field, weight: &[1.0], allowed, without_order: WITHOUT_ORDER, of_rays: WITHOUT_ORDER, clock: Clock::started() };
+            let need = Need {
+                field: &field,
+                weight: &[1.0],
+                allowed,
+                without_order: WITHOUT_ORDER,
+                of_rays: WITHOUT_ORDER,
+                clock: Clock::started(),
+            };
             let (mut links, mut far) = optics.first_links(Gatherer::Element(receiver), None, &need).unwrap();
             optics.refine(Gatherer::Element(receiver), (&mut links, &mut far), &need).unwrap();
             near += links.len();
@@ -174,8 +188,14 @@ fn clusters_are_opened_further_and_nothing_is_linked_twice() {
     let field = uneven(&mesh);
     let (mut before, mut after, mut receivers, mut deviations) = (0, 0, 0, 0.0);
     for receiver in (0..mesh.elements().len()).step_by(5) {
-        let need =
-            |allowed: f64| Need { field: &field, weight: &[1.0], allowed, without_order: WITHOUT_ORDER, of_rays: WITHOUT_ORDER, clock: Clock::started() };
+        let need = |allowed: f64| Need {
+            field: &field,
+            weight: &[1.0],
+            allowed,
+            without_order: WITHOUT_ORDER,
+            of_rays: WITHOUT_ORDER,
+            clock: Clock::started(),
+        };
         let (mut links, mut far) = optics.first_links(Gatherer::Element(receiver), None, &need(0.4)).unwrap();
         optics.refine(Gatherer::Element(receiver), (&mut links, &mut far), &need(0.4)).unwrap();
         before += links.len();
