@@ -12,7 +12,7 @@ use serde::Serialize;
 use super::ahead::Progress;
 use super::formats::{Format, Table};
 use super::kept::{self, Kept};
-use super::npz::{Row, Rows};
+use super::npz::{Rows, Take};
 use super::{Arguments, Failure, print, rows_of};
 use crate::resume::fingerprint;
 use crate::say::say;
@@ -242,7 +242,7 @@ fn matrix_market(mut out: impl Write, factors: &RayFactors) -> Result<(), std::i
 
 /// Values alone, by face, and what is open.
 fn npz(out: impl Write, factors: &RayFactors) -> Result<(), std::io::Error> {
-    let each = |row: &mut dyn FnMut(usize, Row) -> std::io::Result<()>| {
+    let each = |row: Take<'_>| {
         factors.each_row(|RayRow { face, entries, .. }| row(face, entries.iter().map(|entry| (entry.face, entry.factor)).unzip()))
     };
     let open = (0..factors.len()).map(|face| factors.open(face)).collect();

@@ -9,7 +9,7 @@ use radgrad_scene::view3d::{MatrixHeader, write_matrix};
 use radgrad_scene::{Entry, FactorMatrix, Quantity, Scene, SurfaceFactor, SurfaceMatrix, largest};
 
 use super::Failure;
-use super::npz::{Row, Rows};
+use super::npz::{Rows, Take};
 
 /// Which program reads it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -158,7 +158,7 @@ fn matrix_market(
 fn npz(out: impl Write, scene: &Scene, matrix: &FactorMatrix) -> Result<(), io::Error> {
     let mut open = vec![1.0; scene.faces().len()];
     matrix.faces().iter().for_each(|&face| open[face] = 1.0 - matrix.sum(face).factor);
-    let each = |row: &mut dyn FnMut(usize, Row) -> io::Result<()>| {
+    let each = |row: Take<'_>| {
         matrix.faces().iter().try_for_each(|&face| row(face, matrix.row(face).map(|entry| (entry.face, entry.factor)).unzip()))
     };
     Rows { faces: open.len(), numbers: matrix.entries().count(), open, each: &each }.write(out)

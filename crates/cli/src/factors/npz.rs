@@ -8,12 +8,15 @@ use std::io::{self, Write};
 /// The numbers of a row: other faces, ascending, and the factors.
 pub(super) type Row = (Vec<usize>, Vec<f64>);
 
+/// What takes the row of a face.
+pub(super) type Take<'a> = &'a mut dyn FnMut(usize, Row) -> io::Result<()>;
+
 /// Compressed rows of so many numbers, by a function that hands over the rows of all faces, in their order; with the share of each row's view that is open.
 pub(super) struct Rows<'a> {
     pub(super) faces: usize,
     pub(super) numbers: usize,
     pub(super) open: Vec<f64>,
-    pub(super) each: &'a dyn Fn(&mut dyn FnMut(usize, Row) -> io::Result<()>) -> io::Result<()>,
+    pub(super) each: &'a dyn Fn(Take<'_>) -> io::Result<()>,
 }
 
 impl Rows<'_> {
@@ -176,7 +179,7 @@ mod tests {
     #[test]
     fn rows_are_where_the_directory_says_also_those_of_faces_without_any() {
         // Face 0 and face 2 have no row.
-        let each = |row: &mut dyn FnMut(usize, Row) -> io::Result<()>| {
+        let each = |row: Take<'_>| {
             row(1, (vec![3], vec![0.25]))?;
             row(3, (vec![1, 2], vec![0.5, 0.125]))
         };
