@@ -4,6 +4,7 @@ mod ahead;
 mod by_rays;
 mod formats;
 pub(crate) mod kept;
+mod npz;
 mod one;
 mod said;
 
@@ -35,9 +36,9 @@ pub(crate) struct Arguments {
     /// Print one JSON object: faces, seconds, closure, the worst rows, reciprocity, the worst bound and the number of factors not met.
     #[arg(long)]
     summary: bool,
-    /// Write the factors: .csv has a line a factor between faces, with its bracket; .mtx is Matrix Market, by face; .txt or .out
-    /// is `View3D`'s text and .idf are `EnergyPlus`' user view factors, both by surface. Bounds of .mtx, .txt and .out go to a second
-    /// file, as NAME.bounds.txt.
+    /// Write the factors: .csv has a line a factor between faces, with its bracket; .mtx is Matrix Market and .npz
+    /// `SciPy`'s compressed rows, both by face; .txt or .out is `View3D`'s text and .idf are `EnergyPlus`' user view factors, both by surface. Bounds of
+    /// .mtx, .txt and .out go to a second file, as NAME.bounds.txt.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     /// In a .csv, end the factors of each face with a line to a face `open`: 1 less their sum, the share of its view that no face
@@ -106,13 +107,13 @@ pub(crate) enum Failure {
     Kept(#[from] kept::Failure),
     #[error(transparent)]
     Same(#[from] places::Same),
-    #[error("`{}`: factors are written to a name ending in .csv, .mtx, .txt, .out or .idf", .0.display())]
+    #[error("`{}`: factors are written to a name ending in .csv, .mtx, .npz, .txt, .out or .idf", .0.display())]
     Format(PathBuf),
     #[error("`{}`: a block of rows is written to a name ending in .csv", .0.display())]
     Block(PathBuf),
     #[error("`{}`: --open adds lines to a name ending in .csv", .0.display())]
     Open(PathBuf),
-    #[error("`{}`: factors by rays are those of faces: name a file that ends in .csv or .mtx, or ask for --method brackets", .0.display())]
+    #[error("`{}`: factors by rays are those of faces: name a file that ends in .csv, .mtx or .npz, or ask for --method brackets", .0.display())]
     ByFace(PathBuf),
     #[error("--rows by rays counts rows that --resume FILE keeps: name that file, and write with --join when all are counted")]
     Part,

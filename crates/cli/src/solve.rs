@@ -97,7 +97,7 @@ pub(crate) struct Request {
     serve: Serve,
     /// Degree of polynomials, 0 to 4.
     ///
-    /// By default 2; 1 from a thousand faces on; 4 where few faces face each other at about their width.
+    /// By default 2; 1 from a thousand faces on, 0 from twenty thousand; 4 where few faces face each other at about their width.
     #[arg(long, value_parser = degree, help_heading = EXPERT)]
     degree: Option<usize>,
     /// Elements beyond which none is divided.
@@ -118,6 +118,9 @@ pub(crate) const EXPERT: &str = "Expert";
 
 /// The time of a solve that ends when it must, over that of its default certificate too.
 const SOLVING: f64 = 0.75;
+
+/// Faces from which on the rounds of a solve are said where there is no bar.
+const MANY: usize = 20_000;
 
 /// If no error is asked for, refinement goes on for points until the errors of their gradients are surely within this part of them.
 const GRADIENT: f64 = 0.01;
@@ -332,7 +335,9 @@ fn reached(request: &Request, solution: &Solution) -> bool {
     let reached = found <= asked;
     if !reached {
         let [found, asked] = [found, asked].map(|share| 100.0 * share);
-        say(format_args!("stopped at an estimate of {found:.3} %, above the {asked:.3} % asked for"));
+        say(format_args!(
+            "stopped at an estimate of {found:.3} %, above the {asked:.3} % asked for: give more --seconds, or ask for a larger --error"
+        ));
     }
     reached
 }
@@ -374,7 +379,15 @@ fn solved(
     let solution = solve_for(scene, &options, &divisions, served, |solution| {
         let p = solution.progress();
         let estimate = 100.0 * p.estimate;
-        bar.set_message(format!("round {}: {} elements, {} links, estimate {estimate:.3} %", p.round, p.elements, p.links));
+        let reached = format!("round {}: {} elements, {} links, estimate {estimate:.3} %", p.round, p.elements, p.links);
+        if bar.is_hidden() && scene.faces().len() >= MANY {
+            // Where no bar is seen these are the early answers.
+            let means =
+                solution.channels().iter().zip(solution.reflected()).map(|(channel, mean)| format!("{mean:.4e} ({channel})"));
+            let (seconds, means) = (start.elapsed().as_secs_f64(), means.collect::<Vec<_>>().join(", "));
+            say(format_args!("after {seconds:.1} s, {reached}, reflected mean {means}"));
+        }
+        bar.set_message(reached);
         let mut watched = || -> Result<(), Failure> {
             if let Some((file, format)) = out {
                 write_whole(file, |output| format.write(solution, scene, None, output))?;

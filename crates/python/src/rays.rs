@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
-use pyo3::types::PyTuple;
+use pyo3::types::{PyBytes, PyTuple};
 use radgrad_scene::{
     BlockOperator, Certified, Counted, Error, FactorOperator, FormFactors, RayEntry, RayFactors, RayRow, RaySettings,
 };
@@ -83,6 +83,16 @@ impl RayCore {
     }
 }
 
+/// The operator of the counts of all rows.
+fn joined(
+    factors: &FormFactors<'_>,
+    blocks: Vec<Vec<Counted>>,
+    (settings, drop_below): (&RaySettings, Option<f64>),
+) -> Result<FactorOperator, Ended> {
+    let by_rays = factors.by_rays(blocks.into_iter().flatten().collect(), settings)?;
+    Ok(FactorOperator::new(if let Some(least) = drop_below { by_rays.without_below(least) } else { by_rays }))
+}
+
 #[pymethods]
 impl RayCore {
     /// Rays of all faces of a scene.
@@ -101,9 +111,36 @@ impl RayCore {
                 Ok(factors.count_rays(start..rows.min(start + length), &settings, |_| stop.step(1))?)
             };
             let blocks = (0..rows).step_by(length).map(count).collect::<Result<Vec<Vec<Counted>>, Ended>>()?;
-            let counted = blocks.into_iter().flatten().collect();
-            let by_rays = factors.by_rays(counted, &settings)?;
-            Ok(FactorOperator::new(if let Some(least) = drop_below { by_rays.without_below(least) } else { by_rays }))
+            joined(&factors, blocks, (&settings, drop_below))
+        };
+        detached(py, false, work).map(|operator| Self(Arc::new(operator)))
+    }
+
+    /// What the rays of a range of rows met, as bytes: a job of a cluster.
+    #[staticmethod]
+    fn count<'py>(
+        py: Python<'py>,
+        scene: PyRef<'_, SceneCore>,
+        settings: Settings,
+        start: usize,
+        end: usize,
+    ) -> PyResult<Bound<'py, PyBytes>> {
+        let (scene, settings) = (Arc::clone(&scene.scene), settings.all());
+        let work = |stop: &Stop| -> Result<_, Ended> {
+            let factors = FormFactors::new(&scene)?;
+            stop.expect(end.saturating_sub(start));
+            Ok(Counted::to_bytes(&factors.count_rays(start..end, &settings, |_| stop.step(1))?))
+        };
+        Ok(PyBytes::new(py, &detached(py, false, work)?))
+    }
+
+    /// The factors of those bytes of all rows.
+    #[staticmethod]
+    fn join(py: Python<'_>, scene: PyRef<'_, SceneCore>, settings: Settings, counted: Vec<Vec<u8>>) -> PyResult<Self> {
+        let (scene, drop_below, settings) = (Arc::clone(&scene.scene), settings.drop_below, settings.all());
+        let work = |_: &Stop| -> Result<_, Ended> {
+            let blocks = counted.iter().map(|bytes| Counted::from_bytes(bytes)).collect::<Result<Vec<_>, _>>()?;
+            joined(&FormFactors::new(&scene)?, blocks, (&settings, drop_below))
         };
         detached(py, false, work).map(|operator| Self(Arc::new(operator)))
     }
@@ -181,9 +218,9 @@ impl RayCore {
         self.factors().stored()
     }
 
-    fn to_bytes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, pyo3::types::PyBytes>> {
+    fn to_bytes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
         let bytes = computed(py, || self.factors().to_bytes())?;
-        Ok(pyo3::types::PyBytes::new(py, &bytes))
+        Ok(PyBytes::new(py, &bytes))
     }
 
     #[staticmethod]
@@ -231,9 +268,9 @@ impl BlockCore {
         self.0.len()
     }
 
-    fn to_bytes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, pyo3::types::PyBytes>> {
+    fn to_bytes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
         let bytes = computed(py, || self.0.to_bytes())?;
-        Ok(pyo3::types::PyBytes::new(py, &bytes))
+        Ok(PyBytes::new(py, &bytes))
     }
 
     #[staticmethod]

@@ -62,6 +62,13 @@ def test_factors_are_the_same_bytes_with_a_worker_killed(client, scene):
     assert found.closure == alone.closure
 
 
+def test_rays_are_the_same_bytes_with_a_worker_killed(client, scene):
+    asked = {"rays": 20_000, "drop_below": 1e-3}
+    alone = scene.factors(method="rays", **asked)
+    found, killed = killed_half_way(client, lambda: rg.distributed.rays(scene, client, jobs=40, **asked))
+    assert killed and found == alone
+
+
 def test_gathers_are_the_same_bytes_with_a_worker_killed(client, room):
     solution = room.solve(error=0.05)
     points = np.random.default_rng(1).random((4000, 3)) * [1, 1, 0]

@@ -31,6 +31,24 @@ def test_intervals_hold_and_rows_close(blocks):
     assert F != blocks.factors(method="rays", rays=20_000, confidence=0.999, seed=2)
 
 
+def test_rows_counted_apart_are_the_same_bytes(blocks):
+    # The jobs of a cluster, without one.
+    from radgrad import distributed
+    from radgrad._radgrad import RayCore
+    from radgrad._rays import ray_settings
+
+    settings = ray_settings(None, None, 3000, 5, 1e-3)
+    sent = (blocks._core.to_bytes(), blocks.notes)
+    rows = [distributed._rows(cut, blocks.digest, sent, settings) for cut in distributed._cuts(len(blocks), 7)]
+    alone = blocks.factors(method="rays", rays=3000, seed=5, drop_below=1e-3)
+    assert len(rows) == 7 and RayCore.join(blocks._core, settings, rows[::-1]).to_bytes() == alone._core.to_bytes()
+    for wrong, match in ((rows[:-1], "none of face"), (rows + rows[:1], "one of face"), ([rows[0][:-1]] + rows[1:], "bytes that are none")):
+        with pytest.raises(ValueError, match=match):
+            RayCore.join(blocks._core, settings, wrong)
+    with pytest.raises(ValueError, match="a range of the"):
+        distributed._rows((0, len(blocks) + 1), blocks.digest, sent, settings)
+
+
 def test_products_have_an_error_and_are_kept(blocks, tmp_path):
     F = blocks.factors(method="rays", rays=5000)
     q = np.cos(np.arange(len(blocks)))

@@ -45,11 +45,15 @@ pub struct Mesh {
     polygons: Vec<Polygon>,
     /// Whether a face exchanges light, or only hides others.
     exchanges: Vec<bool>,
+    /// Whether it emits.
+    emits: Vec<bool>,
     /// Convex parts of each polygon.
     convex: Vec<Vec<Vec<DVec3>>>,
     /// The same as occluders.
     screens: Vec<Vec<Screen>>,
     index: Occluders,
+    /// The faces near a place.
+    boxes: Boxes,
     bases: [Basis; 2],
     elements: Vec<Element>,
     roots: Vec<usize>,
@@ -174,16 +178,23 @@ impl Mesh {
             elements.extend(of_face);
         }
         let roots = (0..elements.len()).collect();
-        let clusters = Clusters::over(&elements);
+        let emits: Vec<bool> = scene
+            .faces()
+            .iter()
+            .map(|face| scene.materials()[face.material()].radiance().iter().any(|radiance| *radiance > 0.0))
+            .collect();
+        let clusters = Clusters::over(&elements, &emits);
         let screens = convex.iter().zip(&polygons);
         let screens = screens.map(|(parts, of)| parts.iter().map(|part| Screen::new(part, of.normal())).collect()).collect();
         Ok(Self {
             clusters,
             screens,
             index: Occluders::new(&polygons),
+            boxes: index,
             convex,
             polygons,
             exchanges,
+            emits,
             bases,
             elements,
             roots,
@@ -257,7 +268,7 @@ impl Mesh {
 
     /// Puts the coarsest elements into clusters though they are few.
     pub(crate) fn cluster(&mut self) {
-        self.clusters = Clusters::always_over(&self.elements[..self.roots.len()]);
+        self.clusters = Clusters::always_over(&self.elements[..self.roots.len()], &self.emits);
     }
 
     /// The face that a ray meets first, of faces but for one, and where; nothing if it meets that from behind.
@@ -270,7 +281,10 @@ impl Mesh {
     pub(crate) fn met(&self, from: DVec3, toward: DVec3, leave_out: Option<usize>) -> Option<usize> {
         let (face, point) = self.front_met(from, toward, leave_out)?;
         let excess = |root: &usize| self.elements[*root].excess(self.elements[*root].reference(point));
-        let nearest = self.roots_of_face[face].iter().min_by(|a, b| excess(a).total_cmp(&excess(b)));
+        let nearest = match &self.roots_of_face[face][..] {
+            [root] => Some(root),
+            roots => roots.iter().min_by(|a, b| excess(a).total_cmp(&excess(b))),
+        };
         nearest.map(|&root| self.clusters.single(root))
     }
 
@@ -359,14 +373,22 @@ impl Mesh {
             let (distance, foot) = self.distance_to_face(face, point);
             (distance <= reach && polygon.normal().dot(normal) > 0.99).then_some((distance, face, foot))
         };
-        let faces = self.polygons.iter().enumerate().filter(|(face, _)| self.exchanges[*face]);
+        let near = self.faces_near(point, reach).into_iter().map(|face| (face, &self.polygons[face]));
+        let faces = near.filter(|(face, _)| self.exchanges[*face]);
         let nearest = faces.filter_map(|f| on(&f)).min_by(|a, b| a.0.total_cmp(&b.0))?;
         Some((nearest.1, nearest.2))
     }
 
     /// Whether a point is within `reach` of a face, whichever way that faces.
     pub(crate) fn is_near_a_face(&self, point: DVec3, reach: f64) -> bool {
-        (0..self.polygons.len()).any(|face| self.distance_to_face(face, point).0 <= reach)
+        self.faces_near(point, reach).into_iter().any(|face| self.distance_to_face(face, point).0 <= reach)
+    }
+
+    /// The faces that a point may be within `reach` of, along the sides of their elements and their normals, ascending.
+    fn faces_near(&self, point: DVec3, reach: f64) -> Vec<usize> {
+        // Beside a corner it is farther off than along either side.
+        let around = DVec3::splat(2.0 * reach);
+        self.boxes.near([point - around, point + around])
     }
 
     /// How far a point is off a face at most, infinitely where the face exchanges no light, and the point of its plane.
@@ -403,7 +425,8 @@ impl Mesh {
             let is_above = |v: &DVec3| normal.dot(*v - point) > reach;
             height.abs() <= reach && element.is_at(point, reach) && element.polygon().vertices().iter().any(is_above)
         };
-        self.roots.iter().map(|&root| &self.elements[root]).filter(touches).map(|element| element.polygon().normal())
+        let roots = self.faces_near(point, reach).into_iter().flat_map(|face| &self.roots_of_face[face]);
+        roots.map(|&root| &self.elements[root]).filter(touches).map(|element| element.polygon().normal())
     }
 
     /// An element's sight of another, among `known` where the faces in between were found for larger ones.

@@ -62,10 +62,11 @@ use crate::solve::options::{Marking, Next, Options, Progress};
 use crate::solve::solution::{Budget, Caches, Radiosity, Refinement, Solution};
 use crate::system::System;
 
-/// Degree of the basis if none is given: in general; where there are clusters, of faces that are small already; and where leaves are few and
-/// apart, so that light is smooth, but so large that it varies on them.
+/// Degree of the basis if none is given: in general; where there are clusters, of faces that are small already; where these are so many that
+/// a value each is what there is time and memory for; and where leaves are few and apart, so that light is smooth, but so large that it varies on them.
 const DEGREE: usize = 2;
 const DEGREE_OF_MANY: usize = 1;
+const DEGREE_OF_VERY_MANY: usize = 0;
 const DEGREE_OF_FEW: usize = 4;
 
 /// The part of the error asked for that links may neglect.
@@ -75,6 +76,9 @@ const LINK_PART: f64 = 0.1;
 /// and the light that links neglect would be most of the error.
 const LINK_PART_OF_FEW: f64 = 1e-9;
 const FEW_PAIRS: usize = 10_000;
+
+/// Faces from which on they are very many.
+const VERY_MANY: usize = 20_000;
 
 /// The distance of two leaves over the sum of their radii from which they are apart, and from which light hardly varies on them.
 const APART: f64 = 0.9;
@@ -267,6 +271,9 @@ pub(crate) fn solve_on<N: Into<Next>>(
 
 /// The degree of the basis where none is given.
 fn degree_for(scene: &Scene, options: &Options) -> Result<usize, Error> {
+    if scene.faces().len() >= VERY_MANY {
+        return Ok(DEGREE_OF_VERY_MANY);
+    }
     if scene.faces().len() >= MANY {
         return Ok(DEGREE_OF_MANY);
     }

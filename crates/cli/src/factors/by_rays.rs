@@ -12,6 +12,7 @@ use serde::Serialize;
 use super::ahead::Progress;
 use super::formats::{Format, Table};
 use super::kept::{self, Kept};
+use super::npz::{Rows, Take};
 use super::{Arguments, Failure, print, rows_of};
 use crate::resume::fingerprint;
 use crate::say::say;
@@ -125,7 +126,7 @@ pub(super) fn run(
 ) -> Result<(), Failure> {
     let (faces, scene) = (factors.faces(), factors.scene());
     let settings = settings(arguments, faces.len())?;
-    if let Some((file, _)) = out.filter(|(_, format)| !matches!(format, Format::Csv | Format::MatrixMarket)) {
+    if let Some((file, _)) = out.filter(|(_, format)| !matches!(format, Format::Csv | Format::MatrixMarket | Format::Npz)) {
         return Err(Failure::ByFace(file.to_owned()));
     }
     let block = match arguments.rows {
@@ -187,6 +188,7 @@ pub(super) fn run(
 fn write(file: &Path, format: Format, scene: &Scene, factors: &RayFactors, open: bool) -> Result<(), Failure> {
     match format {
         Format::MatrixMarket => write_whole(file, |out| matrix_market(out, factors))?,
+        Format::Npz => write_whole(file, |out| npz(out, factors))?,
         _ => write_whole(file, |out| csv(out, scene, factors, Table { first: true, open }))?,
     }
     Ok(())
@@ -236,6 +238,15 @@ fn matrix_market(mut out: impl Write, factors: &RayFactors) -> Result<(), std::i
     factors.each_row(|RayRow { face, entries, .. }| {
         entries.iter().try_for_each(|entry| writeln!(out, "{} {} {:e}", face + 1, entry.face + 1, entry.factor))
     })
+}
+
+/// Values alone, by face, and what is open.
+fn npz(out: impl Write, factors: &RayFactors) -> Result<(), std::io::Error> {
+    let each = |row: Take<'_>| {
+        factors.each_row(|RayRow { face, entries, .. }| row(face, entries.iter().map(|entry| (entry.face, entry.factor)).unzip()))
+    };
+    let open = (0..factors.len()).map(|face| factors.open(face)).collect();
+    Rows { faces: factors.len(), numbers: factors.stored(), open, each: &each }.write(out)
 }
 
 /// The summary of factors by rays.

@@ -9,6 +9,7 @@ use radgrad_scene::view3d::{MatrixHeader, write_matrix};
 use radgrad_scene::{Entry, FactorMatrix, Quantity, Scene, SurfaceFactor, SurfaceMatrix, largest};
 
 use super::Failure;
+use super::npz::{Rows, Take};
 
 /// Which program reads it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -16,6 +17,8 @@ pub(super) enum Format {
     Csv,
     /// Matrix Market: `scipy.io.mmread`, Julia's `MatrixMarket`, MATLAB's `mmread`.
     MatrixMarket,
+    /// `scipy.sparse.load_npz`.
+    Npz,
     View3d,
     EnergyPlus,
 }
@@ -25,6 +28,7 @@ impl Format {
         match extension(file).as_str() {
             "csv" => Ok(Self::Csv),
             "mtx" => Ok(Self::MatrixMarket),
+            "npz" => Ok(Self::Npz),
             "txt" | "out" => Ok(Self::View3d),
             "idf" => Ok(Self::EnergyPlus),
             _ => Err(Failure::Format(file.to_owned())),
@@ -62,6 +66,7 @@ pub(super) fn write(
             write_whole(file, |out| matrix_market(out, scene, matrix, |entry| entry.factor))?;
             write_whole(&beside(file), |out| matrix_market(out, scene, matrix, |entry| entry.error))?;
         }
+        Format::Npz => write_whole(file, |out| npz(out, scene, matrix))?,
         Format::View3d => {
             let by_surface = matrix.by_surface(scene);
             write_whole(file, |out| view3d(out, scene, &by_surface, |found| found.factor))?;
@@ -147,6 +152,16 @@ fn matrix_market(
         writeln!(out, "{} {} {:e}", from + 1, entry.face + 1, number(&entry))?;
     }
     Ok(())
+}
+
+/// Values alone, by face; with what is open, 1 less the sum of the row.
+fn npz(out: impl Write, scene: &Scene, matrix: &FactorMatrix) -> Result<(), io::Error> {
+    let mut open = vec![1.0; scene.faces().len()];
+    matrix.faces().iter().for_each(|&face| open[face] = 1.0 - matrix.sum(face).factor);
+    let each = |row: Take<'_>| {
+        matrix.faces().iter().try_for_each(|&face| row(face, matrix.row(face).map(|entry| (entry.face, entry.factor)).unzip()))
+    };
+    Rows { faces: open.len(), numbers: matrix.entries().count(), open, each: &each }.write(out)
 }
 
 /// One minus the mean reflectance stands for the emittance, as in a scene of one channel it is.

@@ -37,7 +37,7 @@ pub(crate) enum Failure {
     Taken { file: PathBuf },
     #[error("{}: line {line} is no row of --resume: {source}", file.display())]
     Content { file: PathBuf, line: usize, source: serde_json::Error },
-    #[error("{}: it was written for another scene or other settings, or by another version", file.display())]
+    #[error("{}: it was written for another scene or other settings, or by another version: name another one, or remove it", file.display())]
     Other { file: PathBuf },
 }
 

@@ -38,6 +38,9 @@ fn rows_close_with_what_is_open_and_pairs_are_reciprocal() {
     assert_eq!(entries.len(), stored);
     let first: Vec<&str> = entries[0].split(' ').collect();
     assert_eq!(number(first[2]), number(lines[0][4]));
+    assert_eq!(folder.factors("room.obj --method rays --rays 2000 --out f.npz").status.code(), Some(0));
+    let bytes = fs::metadata(folder.0.join("f.npz")).unwrap().len();
+    assert!((12 * stored as u64..12 * stored as u64 + 4000).contains(&bytes), "{bytes}");
     // Small pairs may be left out.
     let output = folder.factors("room.obj --method rays --rays 2000 --drop-below 0.02 --out g.csv --open --summary");
     let fewer = object(&output);

@@ -417,7 +417,7 @@ class Scene:
         error : float
             Estimate of the error of the mean radiosity over the mean that is reflected, at most.
         degree : int, optional
-            Of the polynomials on elements, 0 to 4. If none is given 2; 1 from a thousand faces on; 4 where few faces face each
+            Of the polynomials on elements, 0 to 4. If none is given 2; 1 from a thousand faces on, 0 from twenty thousand; 4 where few faces face each
             other at about their width.
         seconds : float, optional
             In which to be done: no round is begun that would probably end later.

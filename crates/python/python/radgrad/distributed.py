@@ -1,4 +1,4 @@
-"""The same on a cluster, by Dask: form factors, gathers and the audit.
+"""The same on a cluster, by Dask: form factors in brackets and by rays, gathers and the audit.
 
 Work is a list of independent jobs. A scene is sent once to each worker that has a job of it, by its digest. What comes back is put
 together exactly: disjoint rows, disjoint pairs, counts, and maxima with a witness. So the result has the same bytes as on one machine,
@@ -21,6 +21,7 @@ from . import _radgrad
 from ._audit import AuditReport, _checked
 from ._evaluate import _whole
 from ._factors import Factors, settings_of
+from ._rays import RayFactors, ray_settings
 from ._scene import Scene, _from_bytes
 from ._solution import Gathered, Solution, _gathered, _kept as _solution_of, _on_face, _pairs
 
@@ -153,6 +154,52 @@ def factors(
     return Factors(scene, scene._core.join(settings, blocks), settings)._warn()
 
 
+def _rows(rows: "tuple[int, int]", digest: str, sent: "tuple[bytes, list[str]]", settings: "dict[str, Any]") -> bytes:
+    """A job of `rays`."""
+    return _radgrad.RayCore.count(_scene(digest, sent)._core, settings, *rows)
+
+
+def _cuts(count: int, jobs: int) -> "list[tuple[int, int]]":
+    """Ranges of so many rows of about as much work each: as many rays leave every face."""
+    cuts = np.unique(np.linspace(0, count, min(jobs, max(count, 1)) + 1).astype(int)).tolist()
+    return list(zip(cuts[:-1], cuts[1:]))
+
+
+def rays(
+    scene: Scene,
+    client: "Client",
+    tolerance: Optional[float] = None,
+    confidence: Optional[float] = None,
+    rays: Optional[int] = None,
+    seed: Optional[int] = None,
+    drop_below: Optional[float] = None,
+    jobs: Optional[int] = None,
+) -> RayFactors:
+    """`Scene.factors(method="rays")` on a cluster, by blocks of rows: the same bytes.
+
+    Parameters
+    ----------
+    scene : Scene
+        Sent once to each worker.
+    client : dask.distributed.Client
+        The cluster.
+    tolerance, confidence, rays, seed, drop_below
+        As of `Scene.factors`.
+    jobs : int, optional
+        Into how many blocks the rows are cut: eight for each thread, and more for few threads, unless given.
+
+    Raises
+    ------
+    ValueError
+        As `Scene.factors` does, and if the cluster has no worker.
+    """
+    settings = ray_settings(tolerance, confidence, rays, seed, drop_below)
+    cut = _cuts(len(scene._core.row_areas), jobs or _jobs(client))
+    digest, sent = _sent(client, scene)
+    futures = client.map(_rows, cut, digest=digest, sent=sent, settings=settings, pure=False)
+    return RayFactors(scene, _radgrad.RayCore.join(scene._core, settings, _results(client, futures)), settings)
+
+
 def _job(
     part: "tuple[Any, Any]",
     digests: "tuple[str, str]",
@@ -198,9 +245,8 @@ def gather(
     """
     shape, rows, directions = _pairs(points, normals)
     jobs = jobs or max(_jobs(client), -(-len(rows) // MOST_POINTS))
-    cuts = np.unique(np.linspace(0, len(rows), min(jobs, max(len(rows), 1)) + 1).astype(int)).tolist()
     digest, sent = _sent(client, solution.scene)
-    parts = [(rows[first:end], directions[first:end]) for first, end in zip(cuts[:-1], cuts[1:])]
+    parts = [(rows[first:end], directions[first:end]) for first, end in _cuts(len(rows), jobs)]
     if not parts:
         return solution.gather(points, normals, on)
     state = client.submit(bytes, solution._core.to_bytes(), key=f"radgrad-solution-{digest}-{solution.digest}")

@@ -46,13 +46,16 @@ pub(crate) struct Equation<'a> {
 /// machine, so that results do not.
 const TOGETHER: usize = 16;
 
+/// Of many receivers more are taken together, so many times: those that are handed to all cores have to be worth it.
+const TIMES: usize = 500;
+
 impl Equation<'_> {
     /// One sweep over all receivers, whose own part of `field` is `own`. Returns the largest change of a coefficient, relative
     /// to `scale` in each channel: infinite where that is 0 and anything changes.
     pub(super) fn sweep(&self, field: &mut Field, own: &mut [Vec<f64>], scale: &[f64]) -> f64 {
         let mut greatest: f64 = 0.0;
         field.pool(self.mesh);
-        for receivers in self.receivers.chunks(TOGETHER) {
+        for receivers in self.receivers.chunks((self.receivers.len() / TIMES).max(TOGETHER)) {
             let change = |&receiver: &usize| self.change(receiver, field, &own[receiver], scale.len());
             let changes: Vec<Vec<f64>> = receivers.par_iter().map(change).collect();
             for (&receiver, change) in receivers.iter().zip(&changes) {

@@ -29,8 +29,9 @@ pub(crate) struct Need<'a> {
     pub(crate) weight: &'a [f64],
     /// The sum of the errors of all links.
     pub(crate) allowed: f64,
-    /// How much more clusters may be off by.
+    /// How much more clusters may be off by, and their rays.
     pub(crate) without_order: f64,
+    pub(crate) of_rays: f64,
     pub(crate) clock: Clock,
 }
 
@@ -45,6 +46,9 @@ const RAYS_PART: f64 = 0.5;
 
 /// The same before rays are drawn to find which to open, beyond the difference of the gathering rays from these.
 const FAR_BEFORE: f64 = 1.0;
+
+/// Clusters that a receiver opens whatever the time.
+const OPENED: usize = 24;
 
 /// The brightness from which on, and the part of the allowed sum above which, a link is evaluated once more.
 const BRIGHT: f64 = 10.0;
@@ -152,7 +156,9 @@ impl Optics<'_> {
         };
         clusters.retain(|&cluster| gatherer.may_see(self.mesh, &tree.clusters()[cluster]));
         let stations = if clusters.is_empty() { Vec::new() } else { gatherer.stations(self.mesh) };
-        let count = of_parent.map_or(FEWEST_RAYS, |(_, far)| far.rays());
+        // An element looks at its clusters before it gathers, by rays of its own.
+        let first = if matches!(gatherer, Gatherer::Element(_)) { 1 } else { FEWEST_RAYS };
+        let count = of_parent.map_or(first, |(_, far)| far.rays());
         let far = Far::seen_by(self, (&stations, count), clusters, rows(&links));
         Ok((links, self.projected(gatherer, far)))
     }
@@ -166,14 +172,15 @@ impl Optics<'_> {
             if glow.square > 0.0 { weight * (glow.square / glow.area).sqrt() } else { 0.0 }
         };
         let light = need.weight.iter().enumerate().map(light).fold(0.0, largest);
-        let count = (light / (RAYS_PART * need.without_order * need.allowed)).powi(2) / nodes as f64;
+        let count = (light / (RAYS_PART * need.of_rays * need.allowed)).powi(2) / nodes as f64;
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cast saturates, and the limits are small")]
         (count.ceil() as usize).clamp(FEWEST_RAYS, MOST_RAYS)
     }
 
     /// Opens clusters and refines links of a receiver until the neglected light is within the allowed error at every node,
-    /// nothing is left to refine, or there is no time: each time the worst one at the node with the largest sum. Returns whether
-    /// any was.
+    /// nothing is left to refine, or there is no time: each time the worst one at the node with the largest sum. Clusters that were never
+    /// looked at are, and some opened, whatever the time: else all that one receiver has time for would be missing from another. Returns
+    /// whether any was.
     pub(crate) fn refine(
         &self,
         gatherer: Gatherer<'_>,
@@ -183,14 +190,17 @@ impl Optics<'_> {
         let &Need { field, weight, allowed, without_order, .. } = need;
         let evaluated = self.evaluate_bright(gatherer, links, need)?;
         let mut errors: Vec<Vec<f64>> = links.iter().map(|link| self.weighted_errors(link, field, weight)).collect();
-        let count = self.rays_for(gatherer.len(self.mesh), need).max(far.rays());
+        let is_new = !far.is_empty() && far.rays() < FEWEST_RAYS;
+        let wanted = if need.clock.is_over() { FEWEST_RAYS } else { self.rays_for(gatherer.len(self.mesh), need) };
+        let count = wanted.max(far.rays());
+        let mut to_open = if is_new { OPENED } else { 0 };
         let mut cut = Cut::new(self, field, weight, far, count >= MOST_RAYS);
         let stations = if far.is_empty() { Vec::new() } else { gatherer.stations(self.mesh) };
         let mut sums = vec![0.0; gatherer.len(self.mesh)];
         let mut rays: Option<Vec<Rays>> = None;
-        let mut opened = !far.is_empty() && count > far.rays() && !need.clock.is_over();
+        let mut opened = !far.is_empty() && count > far.rays() && (is_new || !need.clock.is_over());
         let mut refined = false;
-        while !need.clock.is_over() {
+        while to_open > 0 || !need.clock.is_over() {
             let cluster_errors: Vec<f64> = cut.likely().into_iter().map(|error| error / without_order).collect();
             sums.fill(0.0);
             errors.iter().chain([&cluster_errors]).for_each(|of| sums.iter_mut().zip(of).for_each(|(sum, error)| *sum += error));
@@ -206,8 +216,13 @@ impl Optics<'_> {
             }
             let finer = if is_far && let Some(element) = cut.open(gatherer, &stations, rays.as_deref().unwrap_or_default()) {
                 opened = true;
+                to_open = to_open.saturating_sub(1);
                 self.links(gatherer, element.into_iter().map(|element| (element, None)), need)?
             } else {
+                to_open = 0;
+                if need.clock.is_over() {
+                    break;
+                }
                 let worst = (0..links.len()).max_by(|&a, &b| errors[a][node].total_cmp(&errors[b][node]));
                 let Some(worst) = worst.filter(|&w| errors[w][node] > 0.0) else { break };
                 let Some(first) = self.mesh.elements()[links[worst].source].children() else {

@@ -10,8 +10,9 @@
 //!   most `cos1 a A / pi d^3`, with a the height of x over the side, A its area and d its distance: with the largest radiosity in
 //!   it these bound the light at x.
 //!
-//! Elements are put together whose normals are nearest to the same axis, and among these those that are near each other: elements
-//! that face away from x are dismissed as one, and those that glow overhead are not taken together with those below.
+//! Elements are put together whose normals are nearest to the same axis, among these those that emit by themselves and those that do not, and
+//! among these those that are near each other: elements that face away from x are dismissed as one, those that glow overhead are not taken
+//! together with those below, and a lamp of many faces not with the ceiling around it.
 
 use std::ops::Range;
 
@@ -48,6 +49,8 @@ pub(crate) struct Cluster {
     pub(crate) high: DVec3,
     pub(crate) normals: [DVec3; 2],
     area: f64,
+    /// Whether the first of its elements emits.
+    emits: bool,
     pub(crate) parts: Parts,
 }
 
@@ -61,9 +64,9 @@ pub(crate) enum Parts {
 }
 
 impl Cluster {
-    fn single_element(index: usize, element: &Element) -> Self {
+    fn single_element(index: usize, element: &Element, emits: bool) -> Self {
         let (normal, [low, high]) = (element.polygon().normal(), around(element.polygon().vertices()));
-        Self { low, high, normals: [normal; 2], area: element.area(), parts: Parts::Element(index) }
+        Self { low, high, normals: [normal; 2], area: element.area(), emits, parts: Parts::Element(index) }
     }
 
     fn and(self, other: &Self) -> Self {
@@ -113,15 +116,15 @@ pub(crate) fn most_toward([from, to]: [DVec3; 2], low: DVec3, high: DVec3) -> f6
 }
 
 impl Clusters {
-    /// The tree over elements that are no part of another.
-    pub(crate) fn over(elements: &[Element]) -> Self {
-        if elements.len() < FEWEST { Self::default() } else { Self::always_over(elements) }
+    /// The tree over elements that are no part of another, of faces of which these emit.
+    pub(crate) fn over(elements: &[Element], emits: &[bool]) -> Self {
+        if elements.len() < FEWEST { Self::default() } else { Self::always_over(elements, emits) }
     }
 
     /// The same over few elements too.
-    pub(crate) fn always_over(elements: &[Element]) -> Self {
-        let mut singles: Vec<Cluster> =
-            elements.iter().enumerate().map(|(index, element)| Cluster::single_element(index, element)).collect();
+    pub(crate) fn always_over(elements: &[Element], emits: &[bool]) -> Self {
+        let single = |(index, element): (usize, &Element)| Cluster::single_element(index, element, emits[element.face()]);
+        let mut singles: Vec<Cluster> = elements.iter().enumerate().map(single).collect();
         let mut clusters = Self { all: Vec::with_capacity(2 * singles.len()), ..Self::default() };
         if !singles.is_empty() {
             build(&mut clusters.all, &mut singles);
@@ -184,7 +187,7 @@ fn build(all: &mut Vec<Cluster>, singles: &mut [Cluster]) -> usize {
     let whole = singles[1..].iter().fold(singles[0], |whole, single| whole.and(single));
     all.push(whole);
     if singles.len() > 1 {
-        let middle = by_facing(singles).unwrap_or_else(|| by_place(singles));
+        let middle = by_facing(singles).or_else(|| by_emission(singles)).unwrap_or_else(|| by_place(singles));
         let (lower, upper) = singles.split_at_mut(middle);
         let lower = build(all, lower);
         let upper = build(all, upper);
@@ -198,6 +201,16 @@ fn by_facing(singles: &mut [Cluster]) -> Option<usize> {
     singles.sort_by_key(|single| (single.facing(), single.element()));
     let (first, last) = (singles[0].facing(), singles[singles.len() - 1].facing());
     (first != last).then(|| singles.partition_point(|single| 2 * single.facing() < first + last))
+}
+
+/// Sorts by whether they emit; the first that does, if they are not all alike.
+fn by_emission(singles: &mut [Cluster]) -> Option<usize> {
+    let dark = singles.iter().filter(|single| !single.emits).count();
+    if dark == 0 || dark == singles.len() {
+        return None;
+    }
+    singles.sort_by_key(|single| (single.emits, single.element()));
+    Some(dark)
 }
 
 /// Halves them along the axis on which they are farthest apart.

@@ -191,7 +191,14 @@ impl Solution {
         let weight: Vec<f64> =
             channels.clone().zip(self.reference()).map(|(c, reference)| ratio(power(c), reference * area)).collect();
         let allowed = OF_LAMPS * self.budget.allowed;
-        let need = Need { field: importance, weight: &weight, allowed, without_order: WITHOUT_ORDER, clock: self.budget.clock };
+        let need = Need {
+            field: importance,
+            weight: &weight,
+            allowed,
+            without_order: WITHOUT_ORDER,
+            of_rays: WITHOUT_ORDER,
+            clock: self.budget.clock,
+        };
         let of_lamp = |lamp: usize| {
             let (optics, own) = (self.optics(), self.basis(lamp));
             let (links, far) = (&self.system.links[lamp], &self.system.far[lamp]);
@@ -368,7 +375,14 @@ impl Solution {
             / self.system.mesh.area();
         let rough: Vec<usize> = neglected.into_iter().filter(|&(_, of)| of > allowed).map(|(receiver, _)| receiver).collect();
         let refined = |receiver: usize| {
-            let need = Need { field, weight: &light(receiver), allowed, without_order: WITHOUT_ORDER, clock: self.budget.clock };
+            let need = Need {
+                field,
+                weight: &light(receiver),
+                allowed,
+                without_order: WITHOUT_ORDER,
+                of_rays: WITHOUT_ORDER,
+                clock: self.budget.clock,
+            };
             let (mut links, mut far) = (own(receiver).to_vec(), Far::default());
             let any = self.optics().refine(Gatherer::Element(receiver), (&mut links, &mut far), &need)?;
             Ok(any.then_some((receiver, Gathers { links, far, basis: None })))

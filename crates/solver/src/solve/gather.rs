@@ -207,6 +207,7 @@ impl Solution {
             weight: &weight,
             allowed: self.budget.allowed,
             without_order: WITHOUT_ORDER,
+            of_rays: WITHOUT_ORDER,
             clock: Clock::started(),
         };
         let gatherer = Gatherer::Point(station);

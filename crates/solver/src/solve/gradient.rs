@@ -220,6 +220,7 @@ impl Solution {
             field: &self.radiosity.field,
             weight: &weight,
             without_order: WITHOUT_ORDER,
+            of_rays: WITHOUT_ORDER,
             allowed: FINER * self.budget.allowed,
             clock: Clock::started(),
         };

@@ -1,5 +1,6 @@
 //! Links of a round: of new receivers, and refined where they neglect too much.
 
+use radgrad_scene::largest;
 use rayon::prelude::*;
 
 use crate::clock::Clock;
@@ -8,6 +9,7 @@ use crate::links::cluster::far::Far;
 use crate::links::gatherer::Gatherer;
 use crate::links::link::Link;
 use crate::links::refine::{Need, WITHOUT_ORDER};
+use crate::mesh::clusters::FEWEST;
 use crate::solve::solution::{Solution, for_each};
 
 /// How much more exactly than else large receivers know their clusters, and how much less small ones do, at most.
@@ -73,20 +75,22 @@ impl Solution {
             if is_long && of_parent.is_none() && clock.is_over() {
                 return Ok(None);
             }
-            let (weight, without_order) = (&self.weight(receiver), self.without_order(receiver, mean_area));
-            let need = Need { field: &self.radiosity.field, weight, allowed, without_order, clock };
+            let (weight, [without_order, of_rays]) = (&self.weight(receiver), self.without_order(receiver, mean_area));
+            let need = Need { field: &self.radiosity.field, weight, allowed, without_order, of_rays, clock };
             optics.first_links(Gatherer::Element(receiver), of_parent, &need).map(Some)
         };
         Ok(for_each(new, link_receiver)?.into_iter().collect())
     }
 
-    /// How much more the clusters of a receiver may be off by than its links may neglect. Errors without order of many receivers add up by
-    /// their squares, so that those of small ones count for less.
-    fn without_order(&self, receiver: usize, mean_area: f64) -> f64 {
+    /// How much more the clusters of a receiver may be off by than its links may neglect, and how much more their rays may. Errors without order
+    /// of many receivers add up by their squares, so that those of small ones count for less. What a cluster hides is alike for receivers side by
+    /// side; rays are drawn for each, and the more receivers there are the fewer each needs for the same error of the mean.
+    fn without_order(&self, receiver: usize, mean_area: f64) -> [f64; 2] {
         if self.system.mesh.clusters().root().is_none() {
-            return WITHOUT_ORDER;
+            return [WITHOUT_ORDER; 2];
         }
-        WITHOUT_ORDER * (mean_area / self.element(receiver).area()).sqrt().clamp(FINER, ROUGHER)
+        let off = WITHOUT_ORDER * (mean_area / self.element(receiver).area()).sqrt().clamp(FINER, ROUGHER);
+        [off, off * largest(self.system.receivers.len() as f64 / FEWEST as f64, 1.0).sqrt()]
     }
 
     /// The mean area of receivers.
@@ -123,8 +127,8 @@ impl Solution {
             .par_iter()
             .zip(taken)
             .map(|(&receiver, (mut links, mut far))| {
-                let (weight, without_order) = (&self.weight(receiver), self.without_order(receiver, mean_area));
-                let need = Need { field: &self.radiosity.field, weight, allowed, without_order, clock };
+                let (weight, [without_order, of_rays]) = (&self.weight(receiver), self.without_order(receiver, mean_area));
+                let need = Need { field: &self.radiosity.field, weight, allowed, without_order, of_rays, clock };
                 let changed = optics.refine(Gatherer::Element(receiver), (&mut links, &mut far), &need)?;
                 Ok((links, far, changed))
             })

@@ -100,6 +100,8 @@ fn is_closed(mesh: &Mesh, part: &[usize]) -> bool {
     let [low, high] = around(&vertices);
     let within = ROUNDING * (high - low).max_element();
     let is_inside = |v: &DVec3| v.cmpgt(low + within).all() && v.cmplt(high - within).all();
-    let mut others = (0..mesh.polygons().len()).filter(|face| !part.contains(face));
+    let mut is_other = vec![true; mesh.polygons().len()];
+    part.iter().for_each(|&face| is_other[face] = false);
+    let mut others = (0..is_other.len()).filter(|face| is_other[*face]);
     sum.length() <= ROUNDING * area && !others.any(|face| polygon(face).vertices().iter().any(is_inside))
 }

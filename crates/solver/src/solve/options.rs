@@ -32,7 +32,7 @@ pub struct Options {
     /// Estimate of the error of the mean radiosity over all area, over the mean that is reflected, at most, in every channel. Where
     /// points are served it is the mean magnitude of the error at them, and with [`Marking::Gradient`] that of gathers all over.
     pub error: f64,
-    /// Degree of the basis, 0 to 4. If none is given 2; 1 from a thousand faces on; 4 where elements are few and of faces that are apart, by up to
+    /// Degree of the basis, 0 to 4. If none is given 2; 1 from a thousand faces on, 0 from twenty thousand; 4 where elements are few and of faces that are apart, by up to
     /// twice the sum of their radii, with [`Marking::Residual`].
     pub degree: Option<usize>,
     /// All faces are divided alike until there are this many elements; then the first round begins.

@@ -6,5 +6,6 @@ mod gradients;
 mod links;
 mod plates;
 mod space;
+mod tiles;
 mod unseen;
 mod white;

@@ -5,8 +5,8 @@
 //! themselves or the two lists of sums: `R_i C_j / T` are the exchanges then. So
 //! - rows have the sums that they had, and close as before; pairs are reciprocal, and none is below 0;
 //! - where the two parts are far apart beside their sizes, the sums have all of it that is linear in the place of either;
-//! - the product of row i of the block and q errs by at most `R_i (max q - min q)` over the other part, as both are means of q with weights not
-//!   below 0 that sum to `R_i`. [`BlockOperator::certified`] adds this up.
+//! - the product of row i of the block and q errs by at most `R_i` times what is farther, from the largest q of the other part or from its least, to
+//!   the mean that the sums make: the true one is a mean of q too. [`BlockOperator::certified`] adds this up.
 //!
 //! Whether the sums are enough is asked of the parts of the two parts, four by four: by how much their exchanges differ from those that the sums
 //! make, beyond twice the deviation that counts have by chance, over T. Else both are halved, unless the numbers themselves are fewer bytes.
@@ -169,7 +169,7 @@ impl FactorOperator {
         let ones = vec![1.0; order.len()];
         let fixed = [self.moved(&ones), self.near_errors(&ones)];
         let Found { blocks, numbers, places } = division;
-        let chances = Chances { rays: factors.known.rays, logarithm: factors.known.logarithm };
+        let chances = self.chances();
         let parts = parts(&blocks);
         Ok(BlockOperator { order, areas: factors.known.areas.clone(), fixed, chances, blocks, numbers, places, parts })
     }
@@ -400,11 +400,17 @@ impl BlockOperator {
     /// How far far blocks may move a product, with the rounding of their numbers.
     fn spread(&self, q: &[f64]) -> Vec<f64> {
         let by_place: Vec<f64> = self.order.iter().map(|&face| q[face as usize]).collect();
-        let range = |of: &Range<usize>| {
-            let ends = by_place[of.clone()]
-                .iter()
-                .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], &q| [crate::smallest(low, q), larger(high, q)]);
-            ends[1] - ends[0]
+        // How far any mean over a part is at most from the one that its sums make.
+        let reach = |of: &Range<usize>, sums: &[f32]| {
+            let q = &by_place[of.clone()];
+            let [low, high] =
+                q.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], &q| [crate::smallest(low, q), larger(high, q)]);
+            let [whole, mean] = sums.iter().zip(q).fold([0.0; 2], |[whole, mean], (&sum, q)| {
+                let sum = f64::from(sum);
+                [whole + sum, mean + sum * q]
+            });
+            let mean = mean / whole;
+            if mean >= low && mean <= high { larger(high - mean, mean - low) } else { high - low }
         };
         let largest = q.iter().fold(0.0, |largest, q| larger(largest, q.abs()));
         // Four roundings of single precision.
@@ -420,7 +426,7 @@ impl BlockOperator {
             let ranges = block.ranges();
             let (rows, columns) = own.split_at(ranges[0].len());
             let total: f64 = rows.iter().map(|row| f64::from(*row)).sum();
-            let [by_rows, by_columns] = ranges.each_ref().map(range);
+            let (by_rows, by_columns) = (reach(&ranges[0], rows), reach(&ranges[1], columns));
             for (sum, row) in spread[ranges[0].clone()].iter_mut().zip(rows) {
                 *sum += f64::from(*row) * by_columns;
             }

@@ -1,5 +1,6 @@
 //! Factors by rays as bytes, five bytes a pair and a little for each face, and their products in blocks.
 
+use super::Counted;
 use super::blocks::{self, Block, BlockOperator, SIDE};
 use super::limits::Chances;
 use super::pairs::{Counts, Known, Near, RayFactors, parts};
@@ -85,6 +86,44 @@ impl RayFactors {
         factors.sums = factors.row_sums();
         // A row is above 1 by no more than bounds of near pairs.
         factors.sums.iter().all(|sum| *sum <= 1.0 + 1e-6).then_some(factors)
+    }
+}
+
+/// The first bytes of [`Counted::to_bytes`].
+const BEGIN_ROWS: &[u8; 16] = b"radgrad rows  1\n";
+
+impl Counted {
+    /// Rows as bytes, to be sent: eight a pair and eight a row.
+    #[must_use]
+    pub fn to_bytes(rows: &[Self]) -> Vec<u8> {
+        let mut bytes = BEGIN_ROWS.to_vec();
+        for Self { face, met } in rows {
+            let numbers = [*face, super::short(met.len())].into_iter().chain(met.iter().flat_map(|&(to, hits)| [to, hits]));
+            numbers.for_each(|number| bytes.extend(number.to_le_bytes()));
+        }
+        bytes
+    }
+
+    /// From those bytes. What the rows say is looked at when they are joined ([`crate::FormFactors::by_rays`]).
+    ///
+    /// # Errors
+    /// If they are not such bytes.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Vec<Self>, Error> {
+        let wrong = || Error::expected("rows of counted rays", format!("{} bytes that are none", bytes.len()));
+        let mut left = Bytes(bytes);
+        left.take(BEGIN_ROWS.len()).filter(|begin| begin == BEGIN_ROWS).ok_or_else(wrong)?;
+        let mut rows = Vec::new();
+        while !left.0.is_empty() {
+            rows.push(Self::read(&mut left).ok_or_else(wrong)?);
+        }
+        Ok(rows)
+    }
+
+    fn read(bytes: &mut Bytes<'_>) -> Option<Self> {
+        let &[face, count] = bytes.shorts(2)?.first_chunk()?;
+        let numbers = bytes.shorts((count as usize).checked_mul(2)?)?;
+        let (pairs, _) = numbers.as_chunks();
+        Some(Self { face, met: pairs.iter().map(|&[to, hits]| (to, hits)).collect() })
     }
 }
 

@@ -117,8 +117,10 @@ impl FactorOperator {
         self.factors.exchanged(q).iter().zip(&self.factors.known.areas).map(|(sum, area)| sum / area).collect()
     }
 
-    fn chances(&self) -> Chances {
-        Chances { rays: self.factors.known.rays, logarithm: self.factors.known.logarithm }
+    /// Of a product there are two sums a face, of either sign, that hold together: far fewer than the pairs, which have intervals of their own.
+    pub(super) fn chances(&self) -> Chances {
+        let (sums, confidence) = (2.0 * self.len() as f64, self.factors.known.confidence);
+        Chances { rays: self.factors.known.rays, logarithm: libm::log(2.0 * larger(sums, 1.0) / (1.0 - confidence)) }
     }
 
     /// How far the multipliers of the counted pairs move a product of numbers not below 0.

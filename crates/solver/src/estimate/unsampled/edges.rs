@@ -7,7 +7,7 @@
 use std::collections::HashMap;
 
 use radgrad_core::{DVec3, Polygon};
-use radgrad_scene::{largest, smallest};
+use radgrad_scene::{Boxes, largest, smallest};
 
 use crate::mesh::Mesh;
 use crate::mesh::contact;
@@ -207,22 +207,25 @@ struct Near {
 /// All pairs of them.
 fn near(polygons: &[Polygon]) -> Vec<Near> {
     let boxes: Vec<[DVec3; 2]> = polygons.iter().map(|polygon| around(polygon.vertices())).collect();
+    let reach: Vec<f64> = boxes.iter().map(|[low, high]| 1e-9 * (*high - *low).length()).collect();
+    let widened: Vec<[DVec3; 2]> = boxes.iter().zip(&reach).map(|([low, high], reach)| [*low - reach, *high + reach]).collect();
+    let index = Boxes::new(&widened);
+    // From low to high x, and so their pairs.
     let mut order: Vec<usize> = (0..polygons.len()).collect();
     order.sort_by(|&a, &b| boxes[a][0].x.total_cmp(&boxes[b][0].x));
-    let mut pairs = Vec::new();
-    for (place, &a) in order.iter().enumerate() {
-        for &b in &order[place + 1..] {
-            let reach = 1e-9 * largest((boxes[a][1] - boxes[a][0]).length(), (boxes[b][1] - boxes[b][0]).length());
-            if boxes[b][0].x > boxes[a][1].x + reach {
-                break;
-            }
+    let mut place = vec![0; order.len()];
+    order.iter().enumerate().for_each(|(at, &face)| place[face] = at);
+    let of_face = |&a: &usize| {
+        let mut later: Vec<usize> = index.near(widened[a]).into_iter().filter(|&b| place[b] > place[a]).collect();
+        later.sort_unstable_by_key(|&b| place[b]);
+        let pair = |b: usize| {
+            let reach = largest(reach[a], reach[b]);
             let apart = boxes[b][0].cmpgt(boxes[a][1] + reach).any() || boxes[a][0].cmpgt(boxes[b][1] + reach).any();
-            if !apart {
-                pairs.push(Near { faces: [a, b], reach });
-            }
-        }
-    }
-    pairs
+            (!apart).then_some(Near { faces: [a, b], reach })
+        };
+        later.into_iter().filter_map(pair).collect::<Vec<_>>()
+    };
+    order.iter().flat_map(of_face).collect()
 }
 
 /// For each face the corners of those near it.

@@ -65,7 +65,14 @@ fn scene(side: usize) -> Scene {
 /// Links to all roots.
 fn all_links(optics: &Optics<'_>, receiver: usize) -> Vec<Link> {
     let field = Field::dark(optics.mesh, 1);
-    let need = Need { field: &field, weight: &[0.0], allowed: 1.0, without_order: WITHOUT_ORDER, clock: Clock::started() };
+    let need = Need {
+        field: &field,
+        weight: &[0.0],
+        allowed: 1.0,
+        without_order: WITHOUT_ORDER,
+        of_rays: WITHOUT_ORDER,
+        clock: Clock::started(),
+    };
     let sources = optics.mesh.roots().iter().map(|&root| (root, None));
     optics.links(Gatherer::Element(receiver), sources, &need).unwrap()
 }
@@ -77,7 +84,7 @@ fn optics<'a>(mesh: &'a Mesh, rules: &'a Rules) -> Optics<'a> {
 #[test]
 fn a_cluster_gives_no_more_than_its_view_and_a_cluster_that_faces_away_gives_nothing() {
     let (mesh, rules) = (city(3), Rules::new());
-    let tree = Clusters::always_over(mesh.elements());
+    let tree = Clusters::always_over(mesh.elements(), &vec![false; mesh.polygons().len()]);
     let optics = optics(&mesh, &rules);
     let (mut seen, mut away, mut tight) = (0, 0, 0.0_f64);
     for receiver in (0..mesh.elements().len()).step_by(7) {
@@ -129,7 +136,14 @@ fn closed_clusters_are_mostly_within_twice_their_estimates() {
         let (mut receivers, mut deviations) = (0, 0.0);
         for receiver in (0..mesh.elements().len()).step_by(5) {
             let exact = all_links(&optics, receiver);
-            let need = Need { field: &field, weight: &[1.0], allowed, without_order: WITHOUT_ORDER, clock: Clock::started() };
+            let need = Need {
+                field: &field,
+                weight: &[1.0],
+                allowed,
+                without_order: WITHOUT_ORDER,
+                of_rays: WITHOUT_ORDER,
+                clock: Clock::started(),
+            };
             let (mut links, mut far) = optics.first_links(Gatherer::Element(receiver), None, &need).unwrap();
             optics.refine(Gatherer::Element(receiver), (&mut links, &mut far), &need).unwrap();
             near += links.len();
@@ -174,8 +188,14 @@ fn clusters_are_opened_further_and_nothing_is_linked_twice() {
     let field = uneven(&mesh);
     let (mut before, mut after, mut receivers, mut deviations) = (0, 0, 0, 0.0);
     for receiver in (0..mesh.elements().len()).step_by(5) {
-        let need =
-            |allowed: f64| Need { field: &field, weight: &[1.0], allowed, without_order: WITHOUT_ORDER, clock: Clock::started() };
+        let need = |allowed: f64| Need {
+            field: &field,
+            weight: &[1.0],
+            allowed,
+            without_order: WITHOUT_ORDER,
+            of_rays: WITHOUT_ORDER,
+            clock: Clock::started(),
+        };
         let (mut links, mut far) = optics.first_links(Gatherer::Element(receiver), None, &need(0.4)).unwrap();
         optics.refine(Gatherer::Element(receiver), (&mut links, &mut far), &need(0.4)).unwrap();
         before += links.len();
@@ -211,7 +231,8 @@ fn a_carpet_in_the_plane_of_the_floor_is_found() {
         for polygon in polygons {
             scene.add_face(surface, white, polygon.clone(), None).unwrap();
         }
-        Clusters::always_over(Mesh::new(&scene, 0).unwrap().elements()).are_apart()
+        let mesh = Mesh::new(&scene, 0).unwrap();
+        Clusters::always_over(mesh.elements(), &vec![false; mesh.polygons().len()]).are_apart()
     };
     assert!(!are_apart(&[square(0.0, 4.0, 0.0), square(1.0, 2.0, 0.0)]));
     assert!(are_apart(&[square(0.0, 4.0, 0.0), square(1.0, 2.0, 0.1), square(4.0, 5.0, 0.0)]));
@@ -221,7 +242,7 @@ fn a_carpet_in_the_plane_of_the_floor_is_found() {
 #[test]
 fn a_point_in_a_cluster_may_see_nothing_else() {
     let mesh = city(3);
-    let tree = Clusters::always_over(mesh.elements());
+    let tree = Clusters::always_over(mesh.elements(), &vec![false; mesh.polygons().len()]);
     let station = Station { point: DVec3::new(1.0, 1.0, 0.5), normal: DVec3::Z, face: Some(0) };
     let view = tree.clusters()[0].view(&station);
     assert!(view.factor == 1.0 && view.peak.is_infinite());
