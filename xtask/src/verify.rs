@@ -65,7 +65,7 @@ pub(crate) struct Arguments {
     /// Derivatives instead: by vertices, emission, normal and reflectance, of at least so many cases against slopes of the oracle
     #[arg(long, value_name = "CASES", conflicts_with_all = ["bounds", "scenes", "cases", "factors", "gradients"])]
     derivatives: Option<u64>,
-    /// With --derivatives: against identities alone, which takes a hundredth of the time
+    /// With --derivatives: against identities alone, which takes a small part of the time
     #[arg(long, requires = "derivatives")]
     identities: bool,
     /// Print every row of every table, not the worst alone; the files have all rows in any case
