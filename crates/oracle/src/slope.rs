@@ -87,7 +87,7 @@ mod tests {
     fn past_a_screen(moved: impl Fn(f64) -> f64) -> Slope {
         let polygon = |corners: [[f64; 3]; 3]| Polygon::new(corners.map(DVec3::from).to_vec());
         let path = |parameter: f64| {
-            let lamp = polygon([[-1.0, -1.0, 2.0], [0.0, 1.0, 2.0], [1.0, -1.0, 2.0]])?;
+            let lamp = polygon([[-1.0, -1.0, 2.0], [0.3, 1.0, 2.0], [1.0, -1.0, 2.0]])?;
             let along = moved(parameter);
             let screen = polygon([[along, -2.0, 1.0], [along, 2.0, 1.0], [3.0, 0.0, 1.0]])?;
             Ok((Receiver::new(DVec3::ZERO, DVec3::Z, 1.0)?, Emitter::new(lamp, Emission::Constant(1.0))?, vec![screen]))
