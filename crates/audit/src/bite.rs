@@ -524,7 +524,7 @@ fn motions_of_all(_: &Setting<'_>) -> Vec<String> {
         Family::DippingScreen,
         Family::Boxes,
     ];
-    let campaign = motions::campaign(&families, 2, 15, |_| ());
+    let campaign = motions::campaign(&Run::of_each(2, &families, 15), true, |_| ());
     let mut findings: Vec<String> = campaign.wrong.iter().map(|(name, finding)| format!("{name}: {finding}")).collect();
     if 2.0 * campaign.compared() < 1.0 || campaign.rows.len() < families.len() {
         findings.push(format!("{:.2} of the cases have slopes to compare with", campaign.compared()));

@@ -52,6 +52,17 @@ impl Run {
         }
     }
 
+    /// The least such run with so many cases in all.
+    #[must_use]
+    pub fn at_least(cases: u64, families: &[Family], seed: u64) -> Self {
+        let (mut run, mut of_each) = (Self::of_each(0, families, seed), 0);
+        while run.count() < cases && !families.is_empty() {
+            of_each += (cases - run.count()).div_ceil(families.len() as u64);
+            run = Self::of_each(of_each, families, seed);
+        }
+        run
+    }
+
     /// The part of it that is of these families.
     #[must_use]
     pub fn only(mut self, families: &[Family]) -> Self {
@@ -126,6 +137,17 @@ mod tests {
         assert_eq!(shared, expected);
         assert_eq!(expected.len(), 24);
         assert_eq!([whole.count(), part(0).count(), part(1).count(), part(2).count()], [24, 9, 8, 7]);
+    }
+
+    #[test]
+    fn a_run_of_at_least_so_many_cases_has_hardly_more_and_few_of_dear_families() {
+        let families = [Family::Generic, Family::Far, Family::HundredVertices];
+        for cases in [0, 1, 2, 5, 1000] {
+            let run = Run::at_least(cases, &families, 1);
+            assert!((cases..cases + 3).contains(&run.count()), "{cases} {}", run.count());
+            assert!(run.cases.iter().all(|(family, count)| count * family.dearness() <= run.cases[0].1 + family.dearness()));
+        }
+        assert_eq!(Run::at_least(7, &[], 1).count(), 0);
     }
 
     #[test]

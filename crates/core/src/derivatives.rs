@@ -9,7 +9,8 @@
 //!
 //! # Where they are
 //! B has derivatives by vertices in front of the emitter except where an edge is seen along another edge that is not on its line in
-//! space: the bounds there are no smaller than the difference of the two sides, and infinite where that is not known. Edges of several
+//! space, or an occluder meets the emitter's plane along an edge: the bounds there are no smaller than the difference of the two sides.
+//! They are infinite where an occluder meets the emitter's plane and one of the two is not flat to the last digit. Edges of several
 //! polygons that are exactly on one line, as in a mesh of occluders or where an occluder stands on the emitter's edge, are taken to stay so:
 //! the part that they bound counts for one of them, and the derivatives are those by motions that move them together.
 //!
@@ -29,7 +30,7 @@ use crate::boundary::case::Case;
 use crate::boundary::plan::Plan;
 use crate::derivatives::sums::Sums;
 use crate::error::Error;
-use crate::forms::edge_lanes::shares::{self, MOST};
+use crate::forms::edge_lanes::shares;
 use crate::ladder::answer::Method;
 use crate::ladder::caller_units::CallerUnits;
 use crate::ladder::components::within_reach;
@@ -255,19 +256,12 @@ impl Derivatives {
         };
         let number =
             |value: f64, of_value: f64, factor: f64| Derivative { value: value * factor, error: error(of_value, factor) };
-        let (mut by_vertices, mut by_emission) = ([Derivative::<DVec3>::ZERO; MOST], [Derivative::<f64>::ZERO; MOST]);
-        for (k, vertex) in by_vertices.iter_mut().enumerate() {
-            *vertex = vector(shared.vertices[k], shared.vertex_errors[k], slope);
-        }
-        for (k, parameter) in by_emission.iter_mut().enumerate() {
-            *parameter = number(shared.emission[k], shared.emission_errors[k], albedo);
-        }
         Some(Self {
             radiosity: number(shared.irradiance, shared.irradiance_error, albedo * unit),
             gradient: vector(shared.gradient, shared.gradient_error, slope),
-            vertices: by_vertices[..vertices].to_vec(),
+            vertices: (0..vertices).map(|k| vector(shared.vertices[k], shared.vertex_errors[k], slope)).collect(),
             occluders: Vec::new(),
-            emission: by_emission[..parameters].to_vec(),
+            emission: (0..parameters).map(|k| number(shared.emission[k], shared.emission_errors[k], albedo)).collect(),
             normal: vector(shared.vector, shared.vector_error, unit),
             reflectance: number(shared.irradiance, shared.irradiance_error, FRAC_1_PI * unit),
             method: Method::ClosedForm,

@@ -7,10 +7,14 @@
 //! `n'.v` from the emitter's, `N.v = alpha n.v + beta n'.v`. Each is an affine function on the line, shared between two of its points.
 //!
 //! Where sight is undecided, a region of a known solid angle counts or does not: the derivatives by the emission and by the emitter's plane
-//! change by that times their largest integrand ([`Largest`]), those by edges by the weight of the region's boundary. No bound is
-//! known of those by edges where an occluder meets the emitter's plane, the place of which is then undecided too.
+//! change by that times their largest integrand ([`Largest`]), those by edges by the weight of the region's boundary, of which a vertex
+//! has at most all. Of a line in which an occluder meets the emitter's plane it has more: with gamma the angle between the planes
+//! `|alpha|, |beta| <= 1/sin gamma`, and the line is on the emitter, over which the vertex's affine function is bounded. So the weight
+//! counts that bound over `sin gamma` times, for the occluder of which this is most. Where a polygon is not flat to the last digit, no
+//! line in which another one meets it is known to have a direction, and these derivatives have no bound.
 
 use radgrad_numbers::offset::offset;
+use radgrad_numbers::radius::Radius;
 use radgrad_numbers::real::{RadiusOf, Real};
 use radgrad_numbers::vec3::Vec3;
 
@@ -19,6 +23,7 @@ use crate::boundary::case::Case;
 use crate::boundary::edge_name::EdgeName;
 use crate::boundary::line::Line;
 use crate::boundary::origin::Origin;
+use crate::boundary::plan::{Side, side_of};
 use crate::boundary::traced::visit_with_origins;
 use crate::boundary::visibility::uncertainty::Uncertainty;
 use crate::forms::affine_weights::{AffineWeight, affine_weights, largest_weight};
@@ -44,8 +49,6 @@ pub(super) struct Sums<T> {
 struct Moved<'a, T> {
     case: Case<'a>,
     vertices: Vec<Vec<Vec3<T>>>,
-    /// Whether an occluder is seen to meet the emitter's plane.
-    has_waterline: bool,
 }
 
 impl<T: Real> Sums<T> {
@@ -114,10 +117,8 @@ impl<T: Real> Sums<T> {
         let zero = 0.0.into();
         let edges = if uncertainty.edges == zero {
             zero
-        } else if moved.has_waterline {
-            f64::INFINITY.into()
         } else {
-            uncertainty.edges * (emitter.largest_emission() * emitter.power() * 1.01)
+            uncertainty.edges * moved.largest_share() * (emitter.largest_emission() * emitter.power() * 1.01)
         };
         let widened = |v: Vec3<T>| v.map(|c| c.widened(edges + within));
         Self {
@@ -141,7 +142,24 @@ impl<'a, T: Real> Moved<'a, T> {
     fn new(case: &Case<'a>) -> Self {
         let polygons = std::iter::once(case.emitter.polygon()).chain(case.occluders.iter().copied());
         let vertices = polygons.map(|polygon| vec![Vec3::zero(); polygon.vertices().len()]).collect();
-        Self { case: *case, vertices, has_waterline: false }
+        Self { case: *case, vertices }
+    }
+
+    /// Bound on the share of a vertex in the weight of a line.
+    fn largest_share(&self) -> RadiusOf<T> {
+        let Case { receiver, emitter, occluders, plan } = self.case;
+        let (x, polygon) = (receiver.position(), emitter.polygon());
+        let weight = |moved: &Polygon| largest_weight::<T>(&affine_weights(moved, x, plan.power), polygon, x, plan.power);
+        let meets = |occluder: &&&Polygon| {
+            let sides = || occluder.vertices().iter().map(|&v| side_of(v, polygon, plan.power));
+            sides().any(|side| side == Side::Front) && sides().any(|side| side == Side::Back)
+        };
+        occluders.iter().filter(meets).fold(1.0.into(), |most: RadiusOf<T>, occluder| {
+            let sine_squared = occluder.unit_normal::<T>().cross(polygon.unit_normal()).norm_squared();
+            let sine = (sine_squared.size() - sine_squared.error()).max(0.0.into()).sqrt();
+            // More than the largest, and not a number where one is not.
+            most + (weight(occluder) + weight(polygon)) * 1.01 / sine
+        })
     }
 
     fn polygon(&self, number: usize) -> &'a Polygon {
@@ -177,7 +195,6 @@ impl<'a, T: Real> Moved<'a, T> {
     }
 
     fn add_waterline(&mut self, number: usize, line: &Line<T>, shares: impl Fn(&Ends<T>) -> [T; 2]) {
-        self.has_waterline = true;
         let (x, power) = (self.case.receiver.position(), self.case.plan.power);
         let frame = line.frame();
         // As far from each other as they are from x.

@@ -225,6 +225,48 @@ fn an_edge_seen_along_another_has_a_bound_as_large_as_the_jump() {
     }
 }
 
+/// A lamp at the height of 2 over the origin, and a wall that stands through its plane.
+fn lamp_and_wall(position: DVec3, wall: [[f64; 2]; 2]) -> Problem {
+    let point = |x, y, z| DVec3::new(x, y, z);
+    let [from, to] = wall.map(|[x, y]| DVec3::new(x, y, 0.0));
+    Problem {
+        position,
+        normal: DVec3::Z,
+        reflectance: 1.0,
+        lamp: vec![point(-1.0, -1.0, 2.0), point(-1.0, 1.0, 2.0), point(1.0, 1.0, 2.0), point(1.0, -1.0, 2.0)],
+        emission: Emission::Constant(1.0),
+        screens: vec![[(from, 1.0), (to, 1.0), (to, 3.0), (from, 3.0)].map(|(v, z)| v + DVec3::Z * z).to_vec()],
+    }
+}
+
+#[test]
+fn where_a_wall_meets_the_lamp_in_its_corners_derivatives_have_bounds() {
+    for emission in [Emission::Constant(1.0), Emission::at_vertices(vec![1.0, 2.0, 3.0, 2.0])] {
+        let problem = Problem { emission, ..lamp_and_wall(DVec3::new(0.3, -0.2, 0.0), [[-2.0, -2.0], [2.0, 2.0]]) };
+        let found = problem.derivatives();
+        let size = lengths(found.vertices.iter().chain(&found.occluders[0]));
+        assert!(found.vertices.iter().chain(&found.occluders[0]).all(|vertex| vertex.error <= 1e-12 * size), "{found:?}");
+        // It cuts the lamp more or less as it is moved across.
+        let across = DVec3::new(1.0, -1.0, 0.0);
+        let shift: DVec3 = found.occluders[0].iter().map(|vertex| vertex.value).sum();
+        let difference = problem.difference(1e-6, |moved, step| moved.screens[0].iter_mut().for_each(|v| *v += across * step));
+        assert!((shift.dot(across) - difference).abs() < 1e-5 && difference.abs() > 0.01, "{shift} {difference}");
+    }
+}
+
+#[test]
+fn where_a_wall_meets_the_lamp_along_its_edge_the_bound_is_finite_and_as_large_as_the_jump() {
+    let problem = |x| lamp_and_wall(DVec3::ZERO, [[x, -2.0], [x, 2.0]]);
+    let [before, at, after] = [1.0 - 1e-9, 1.0, 1.0 + 1e-9].map(|x| problem(x).derivatives());
+    let shift = |found: &Derivatives| found.occluders[0].iter().map(|vertex| vertex.value).sum::<DVec3>().x;
+    assert!((shift(&before) - shift(&after)).abs() > 0.01, "{before:?} {after:?}");
+    for side in [before, after] {
+        for (found, other) in at.occluders[0].iter().zip(&side.occluders[0]).chain(at.vertices.iter().zip(&side.vertices)) {
+            assert!(found.error.is_finite() && (found.value - other.value).length() <= found.error + 1e-7, "{found:?} {other:?}");
+        }
+    }
+}
+
 #[test]
 fn what_does_not_emit_or_reflect_still_says_what_it_would_give() {
     let mut problem = random_problem(&mut ChaCha8Rng::seed_from_u64(31), 1);
