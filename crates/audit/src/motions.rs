@@ -231,7 +231,9 @@ impl Rates {
             sum.rounding += ROUNDING * length(derivative.value) * length(*place);
         }
         let by_emission = found.emission.iter().zip(parameters(emitter)).map(|(derivative, b)| (derivative.value * b).abs());
-        sum.rounding += ROUNDING * (by_emission.sum::<f64>() + length(found.normal.value));
+        // A subnormal normal is rounded to multiples of the least number.
+        let coarse = (2.0 * f64::MIN_POSITIVE / length(receiver.given_normal())).max(1.0);
+        sum.rounding += ROUNDING * (by_emission.sum::<f64>() + coarse * length(found.normal.value));
         let derivatives = found.vertices.iter().chain(found.occluders.iter().flatten());
         for (derivative, rate) in derivatives.zip(self.vertices.iter().chain(self.occluders.iter().flatten())) {
             sum.add_vector(derivative, *rate);
