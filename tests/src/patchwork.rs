@@ -2,7 +2,7 @@
 //! emitters whose closed forms add up to the truth.
 
 use glam::DVec3;
-use radgrad_audit::sampler::Sampler;
+use radgrad_audit::cases::sampler::Sampler;
 use radgrad_core::{Answer, Emission, Emitter, Polygon, Polynomial, Receiver, evaluate_to};
 
 /// `sum c (x - x0)^i (y - y0)^j`.

@@ -11,12 +11,12 @@ use radgrad_audit::bounds::campaign;
 use radgrad_audit::bounds::mark::{Figure, Mark};
 use radgrad_audit::bounds::requirements::{Breach, breaches};
 use radgrad_audit::bounds::table::Table;
-use radgrad_audit::distribution::Extreme;
-use radgrad_audit::family::Family;
-use radgrad_audit::gates::Gates;
-use radgrad_audit::regression::Regression;
-use radgrad_audit::run::{Part, Run};
-use radgrad_audit::shard;
+use radgrad_audit::cases::family::Family;
+use radgrad_audit::cases::regression::Regression;
+use radgrad_audit::measures::distribution::Extreme;
+use radgrad_audit::measures::gates::Gates;
+use radgrad_audit::measures::run::{Part, Run};
+use radgrad_audit::measures::shard;
 use radgrad_scene::output::write_whole;
 
 use crate::files;

@@ -18,8 +18,8 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use indicatif::ProgressBar;
-use radgrad_audit::bite;
-use radgrad_audit::witness::Witness;
+use radgrad_audit::bounds::witness::Witness;
+use radgrad_audit::checks::bite;
 use rayon::prelude::*;
 
 use self::draw::{Drawn, Source};

@@ -7,8 +7,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
 use indicatif::ProgressBar;
-use radgrad_audit::gates::Gates;
-use radgrad_audit::name::UnknownFamily;
+use radgrad_audit::cases::name::UnknownFamily;
+use radgrad_audit::measures::gates::Gates;
 use radgrad_audit::scenes::brackets::{self, Brackets};
 use radgrad_audit::scenes::family::{Family, Name};
 use radgrad_audit::scenes::gradients::{self, Gradients};
@@ -355,7 +355,7 @@ pub(crate) fn replay(name: Name) -> Result<bool, Box<dyn Error>> {
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum AnyFamily {
     /// Of cases of one emitter.
-    Case(radgrad_audit::family::Family),
+    Case(radgrad_audit::cases::family::Family),
     /// Of scenes.
     Scene(Family),
 }

@@ -2,12 +2,12 @@
 
 use comfy_table::presets::UTF8_FULL_CONDENSED;
 use comfy_table::{CellAlignment, ColumnConstraint, Table as Printed};
-use radgrad_audit::family::Family;
-use radgrad_audit::gates::Gates;
-use radgrad_audit::leading::Leading;
-use radgrad_audit::measure::{Kind, Quantity, worse};
-use radgrad_audit::mutants::Mutant;
-use radgrad_audit::table::{FamilyTable, Table};
+use radgrad_audit::cases::family::Family;
+use radgrad_audit::checks::mutants::Mutant;
+use radgrad_audit::measures::gates::Gates;
+use radgrad_audit::measures::leading::Leading;
+use radgrad_audit::measures::measure::{Kind, Quantity, worse};
+use radgrad_audit::measures::table::{FamilyTable, Table};
 
 /// A row a family: the worst errors, alone and over the stated bound, then their medians and 99 %, the worst over the condition,
 /// and outcomes. An exclamation mark stands at a figure beyond its gate.
@@ -166,7 +166,7 @@ pub(crate) fn right_aligned(mut printed: Printed) -> Printed {
 
 #[cfg(test)]
 mod tests {
-    use radgrad_audit::run::Run;
+    use radgrad_audit::measures::run::Run;
     use radgrad_paper::appendix::Misprint;
 
     use super::*;

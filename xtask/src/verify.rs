@@ -10,23 +10,23 @@ use std::time::Instant;
 
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
-use radgrad_audit::agreement::{Agreement, agreement};
-use radgrad_audit::bite::{Made, Setting, bite};
+use radgrad_audit::bounds::witness;
+use radgrad_audit::cases::family::Family;
+use radgrad_audit::cases::regression::Regression;
+use radgrad_audit::checks::agreement::{Agreement, agreement};
+use radgrad_audit::checks::bite::{Made, Setting, bite};
+use radgrad_audit::checks::forms::{FORMS as FORMS_NAMED, forms};
+use radgrad_audit::checks::motions::{self, Row};
+use radgrad_audit::checks::mutants::{self, mutants};
+use radgrad_audit::checks::precision;
 use radgrad_audit::comparison::Comparison;
-use radgrad_audit::family::Family;
-use radgrad_audit::forms::{FORMS as FORMS_NAMED, forms};
-use radgrad_audit::gates::Gates;
-use radgrad_audit::measure::{Kind, Quantity};
-use radgrad_audit::motions::{self, Row};
-use radgrad_audit::mutants::{self, mutants};
-use radgrad_audit::precision;
-use radgrad_audit::regression::Regression;
-use radgrad_audit::run::{Part, Run};
+use radgrad_audit::comparison::stability::{Plane, Stability};
+use radgrad_audit::measures::gates::Gates;
+use radgrad_audit::measures::measure::{Kind, Quantity};
+use radgrad_audit::measures::run::{Part, Run};
+use radgrad_audit::measures::shard::Shard;
+use radgrad_audit::measures::table::Table;
 use radgrad_audit::scenes;
-use radgrad_audit::shard::Shard;
-use radgrad_audit::stability::{Plane, Stability};
-use radgrad_audit::table::Table;
-use radgrad_audit::witness;
 use radgrad_scene::output::write_whole;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -302,7 +302,7 @@ fn judge_digits(run: &Run, arguments: &Arguments, record: &mut Record) -> Result
 /// The small setting of the audit, with the recorded witnesses; how many of these there are.
 fn judge_small(gates: &Gates, record: &mut Record) -> Result<usize, Box<dyn Error>> {
     let witnesses = witness::read_all(&in_workspace("data/worst"))?;
-    let records = radgrad_audit::record::read_all(&in_workspace("data/record"))?;
+    let records = radgrad_audit::checks::record::read_all(&in_workspace("data/record"))?;
     for wrong in bite(&Setting { gates, witnesses: &witnesses, records: &records, first: None, made: Made::All }) {
         record.violated(format_args!("{}: {}", wrong.check, wrong.what), "cargo run -p radgrad-audit --example bite");
     }

@@ -14,12 +14,12 @@ use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use radgrad_audit::bite::{Made, Setting, bite};
-use radgrad_audit::family::Family;
-use radgrad_audit::gates::Gates;
-use radgrad_audit::record::{self, Record, RecordedSubject};
-use radgrad_audit::search::Search;
-use radgrad_audit::witness::{self, Held, Query, Witness};
+use radgrad_audit::bounds::search::Search;
+use radgrad_audit::bounds::witness::{self, Held, Query, Witness};
+use radgrad_audit::cases::family::Family;
+use radgrad_audit::checks::bite::{Made, Setting, bite};
+use radgrad_audit::checks::record::{self, Record, RecordedSubject};
+use radgrad_audit::measures::gates::Gates;
 use rayon::prelude::*;
 
 type Ended = Result<ExitCode, Box<dyn Error>>;
@@ -125,7 +125,7 @@ fn again(file: &Path) -> Ended {
             return Ok((record.of, record.case));
         }
         let (of, name) = line.split_once(" @ ").map_or((line, None), |(of, name)| (of, Some(name)));
-        let name = name.map(str::parse::<radgrad_audit::family::Name>).transpose().map_err(|error| error.to_string())?;
+        let name = name.map(str::parse::<radgrad_audit::cases::family::Name>).transpose().map_err(|error| error.to_string())?;
         Ok((of.parse().map_err(|error| format!("{line}: {error}"))?, name.map(|name| name.case())))
     };
     let asked = text.lines().filter(|line| !line.is_empty()).map(read).collect::<Result<Vec<_>, _>>()?;

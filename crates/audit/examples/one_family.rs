@@ -10,9 +10,9 @@
 //!   gradient-over-bound  median 1.2e-2, worst 7.4e-1 at needle:1:7
 //! ```
 
-use radgrad_audit::family::Family;
-use radgrad_audit::measure::Quantity;
-use radgrad_audit::run::Run;
+use radgrad_audit::cases::family::Family;
+use radgrad_audit::measures::measure::Quantity;
+use radgrad_audit::measures::run::Run;
 
 fn main() {
     let table = Run::of_each(40, &[Family::Needle], 1).table(|_| ());

@@ -20,11 +20,14 @@
 
 pub mod campaign;
 pub mod check;
+pub mod derived;
 pub mod digits;
 pub mod mark;
 pub mod reference;
 pub mod requirements;
+pub mod search;
 pub mod table;
+pub mod witness;
 
 #[cfg(test)]
 mod tests;

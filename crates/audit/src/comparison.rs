@@ -1,16 +1,20 @@
 //! The contenders side by side: relative errors of each on the same cases, family by family.
 
+pub mod contender;
+mod single_precision;
+pub mod stability;
+
 use std::collections::BTreeMap;
 use std::io;
 
 use rayon::prelude::*;
 
 use crate::bounds::digits;
-use crate::contender::{Contender, Score};
-use crate::distribution::Distribution;
-use crate::family::{Family, Name};
-use crate::stability::DIGITS;
-use crate::table::two_digits;
+use crate::cases::family::{Family, Name};
+use crate::comparison::contender::{Contender, Score};
+use crate::comparison::stability::DIGITS;
+use crate::measures::distribution::Distribution;
+use crate::measures::table::two_digits;
 
 /// Of a dear family one case stands for at most so many of others.
 const DEAREST: u64 = 25;

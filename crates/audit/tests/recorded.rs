@@ -7,12 +7,12 @@ use std::path::{Path, PathBuf};
 use radgrad_audit::bounds::campaign;
 use radgrad_audit::bounds::check::check;
 use radgrad_audit::bounds::mark::Mark;
-use radgrad_audit::family::Family;
-use radgrad_audit::gates::{Gates, Violation};
-use radgrad_audit::measure::Quantity;
-use radgrad_audit::regression::Regression;
-use radgrad_audit::run::Run;
-use radgrad_audit::witness::{self, Place};
+use radgrad_audit::bounds::witness::{self, Place};
+use radgrad_audit::cases::family::Family;
+use radgrad_audit::cases::regression::Regression;
+use radgrad_audit::measures::gates::{Gates, Violation};
+use radgrad_audit::measures::measure::Quantity;
+use radgrad_audit::measures::run::Run;
 
 fn data(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data").join(name)

@@ -9,11 +9,11 @@ use std::thread;
 use std::time::Duration;
 
 use indicatif::ProgressBar;
-use radgrad_audit::family::{Family, Name};
-use radgrad_audit::foreign::{Gates, Held, Violation, hold};
-use radgrad_audit::measure::{Kind, Quantity};
-use radgrad_audit::run::Run;
-use radgrad_audit::table::{FamilyTable, Table};
+use radgrad_audit::cases::family::{Family, Name};
+use radgrad_audit::checks::foreign::{Gates, Held, Violation, hold};
+use radgrad_audit::measures::measure::{Kind, Quantity};
+use radgrad_audit::measures::run::Run;
+use radgrad_audit::measures::table::{FamilyTable, Table};
 use radgrad_scene::output::{Unwritten, write_whole};
 use radgrad_scene::{printable, read_file};
 use rayon::prelude::*;

@@ -181,7 +181,7 @@ fn rows_of_factors_resume_are_taken_up_or_refused() {
 #[cfg(feature = "audit")]
 #[test]
 fn gates_are_read_or_refused() {
-    use radgrad_audit::foreign::Gates;
+    use radgrad_audit::checks::foreign::Gates;
 
     let seed = "[all]\nvalue = 1e-6\ngradient = 1e-5 # larger\nvalue_over_bound = 1.0\n[far]\nvalue = 0.5\n";
     Lone::new("gates").under_fire(seed.as_bytes(), |_, text| {

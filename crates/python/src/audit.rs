@@ -3,12 +3,12 @@
 use numpy::PyArray2;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
-use radgrad_audit::family::{Family, Name};
-use radgrad_audit::measure::{Kind, Quantity};
-use radgrad_audit::run::{Part, Run};
-use radgrad_audit::shard::Shard;
-use radgrad_audit::table::Table;
-use radgrad_audit::truth::Truth;
+use radgrad_audit::cases::family::{Family, Name};
+use radgrad_audit::measures::measure::{Kind, Quantity};
+use radgrad_audit::measures::run::{Part, Run};
+use radgrad_audit::measures::shard::Shard;
+use radgrad_audit::measures::table::Table;
+use radgrad_audit::measures::truth::Truth;
 use radgrad_core::{DVec3, Polygon};
 
 use crate::detached::{Ended, detached};
@@ -41,7 +41,7 @@ pub(crate) fn audit_shard(py: Python<'_>, cases: u64, seed: u64, families: Vec<S
     detached(py, false, |stop| {
         let table = run.tally(|table: &mut Table, name| {
             if !stop.is_set() {
-                table.record(name, &radgrad_audit::measure::measure(&name.case()));
+                table.record(name, &radgrad_audit::measures::measure::measure(&name.case()));
                 stop.step(1);
             }
         });

@@ -1,7 +1,7 @@
 //! Any emission by cubature: never converged and wrong, whatever it does between the points that are looked at.
 
 use glam::DVec3;
-use radgrad_audit::sampler::Sampler;
+use radgrad_audit::cases::sampler::Sampler;
 use radgrad_core::{Emission, Emitter, Polynomial, Receiver, evaluate};
 use radgrad_oracle::cubature::{Estimate, Status, integrate_function};
 use radgrad_oracle::{EmissionFunction, Error};

@@ -4,8 +4,8 @@
 use std::collections::BTreeMap;
 
 use glam::DVec3;
-use radgrad_audit::family::Family;
-use radgrad_audit::sampler::Sampler;
+use radgrad_audit::cases::family::Family;
+use radgrad_audit::cases::sampler::Sampler;
 use radgrad_core::{Emission, Emitter, Error, Hessian, Method, Polygon, Receiver, evaluate_digits, hessian_to};
 use radgrad_oracle::enclose;
 use radgrad_tests::second_derivatives::{Matrix, Seen};

@@ -1,6 +1,6 @@
 //! A hundred digits of the closed form against enclosures by quadrature, which share no line with it.
 
-use radgrad_audit::family::Family;
+use radgrad_audit::cases::family::Family;
 use radgrad_core::{Emission, Emitter, Polynomial, PreciseAnswer, Receiver, evaluate_digits};
 use radgrad_oracle::{Interval, enclose};
 use radgrad_tests::many_digits::{ManyDigits, distance};

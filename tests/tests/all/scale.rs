@@ -2,7 +2,7 @@
 //! is an error that says so.
 
 use glam::DVec3;
-use radgrad_audit::family::Family;
+use radgrad_audit::cases::family::Family;
 use radgrad_core::{
     Answer, DMat3, Emission, Emitter, Error, Hessian, Linear, Method, Polygon, Polynomial, Receiver, evaluate_digits,
     evaluate_to, gradient, hessian, hessian_to, irradiance_vector, radiosity, radiosity_and_gradient,

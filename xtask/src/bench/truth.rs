@@ -2,7 +2,7 @@
 
 use std::error::Error;
 
-use radgrad_audit::truth::Truth;
+use radgrad_audit::measures::truth::Truth;
 use radgrad_core::evaluate_digits;
 use radgrad_oracle::Interval;
 

@@ -5,8 +5,8 @@ use std::fs;
 use std::path::Path;
 
 use indicatif::ProgressBar;
-use radgrad_audit::search::{Search, Worst};
-use radgrad_audit::witness::{self, Place};
+use radgrad_audit::bounds::search::{Search, Worst};
+use radgrad_audit::bounds::witness::{self, Place};
 
 use crate::summary::{fitted, right_aligned, with_header};
 use crate::verify::record::Record;

@@ -4,8 +4,8 @@ use comfy_table::Table as Printed;
 use radgrad_audit::bounds::campaign::{DIGITS_EVERY, MANY_BY_ORACLE_EVERY, MANY_EVERY, ORACLE_EVERY};
 use radgrad_audit::bounds::mark::{Figure, Mark, Rung};
 use radgrad_audit::bounds::table::{FamilyTable, Table};
-use radgrad_audit::measure::worse;
-use radgrad_audit::run::Run;
+use radgrad_audit::measures::measure::worse;
+use radgrad_audit::measures::run::Run;
 
 use crate::summary::{Ranked, fitted, right_aligned, with_header};
 
@@ -127,7 +127,7 @@ fn rungs(table: &Table) -> Printed {
 #[cfg(test)]
 mod tests {
     use radgrad_audit::bounds::campaign;
-    use radgrad_audit::family::Family;
+    use radgrad_audit::cases::family::Family;
 
     use super::*;
 

@@ -4,7 +4,7 @@ use std::error::Error;
 use std::fs;
 use std::path::Path;
 
-use radgrad_audit::sampler::Sampler;
+use radgrad_audit::cases::sampler::Sampler;
 
 use super::places::{self, Fault};
 

@@ -1,6 +1,6 @@
 //! The stability maps: relative error over planes of two parameters, one panel a way to compute it, and the rung that answered.
 
-use radgrad_audit::stability::{Emitted, Plane};
+use radgrad_audit::comparison::stability::{Emitted, Plane};
 use serde::Serialize;
 
 use super::audit::{Audit, Point};
@@ -162,7 +162,7 @@ impl Map<'_> {
             svg.path(&format!("{prefix}{class} cell"), &path);
         }
         // A cell stands about its point: the ends of the axes are half a cell inside.
-        let shown = |axis: radgrad_audit::stability::Axis, [start, end]: [f64; 2], cell: f64| Axis {
+        let shown = |axis: radgrad_audit::comparison::stability::Axis, [start, end]: [f64; 2], cell: f64| Axis {
             base: axis.base,
             exponents: axis.ends,
             places: [start + (end - start).signum() * cell / 2.0, end - (end - start).signum() * cell / 2.0],

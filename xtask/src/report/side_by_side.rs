@@ -1,6 +1,6 @@
 //! The contenders on the same cases: a row a family, a mark each at the median, a line to the worst.
 
-use radgrad_audit::contender::Contender;
+use radgrad_audit::comparison::contender::Contender;
 
 use super::audit::Audit;
 use super::axis::Axis;

@@ -5,7 +5,7 @@
 
 use std::fmt::Write;
 
-use radgrad_audit::family::Name;
+use radgrad_audit::cases::family::Name;
 use radgrad_core::{DVec3, Emitter, Polygon, Receiver};
 use radgrad_scene::case::Problem;
 
@@ -142,7 +142,7 @@ impl View {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use radgrad_audit::family::Family;
+    use radgrad_audit::cases::family::Family;
 
     #[test]
     fn every_valid_case_has_a_picture_without_a_nan_at_any_scale() {

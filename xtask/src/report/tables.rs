@@ -3,9 +3,9 @@
 use std::collections::BTreeSet;
 use std::error::Error;
 
-use radgrad_audit::contender::Contender;
-use radgrad_audit::family::Family;
-use radgrad_audit::mutants::MARGIN;
+use radgrad_audit::cases::family::Family;
+use radgrad_audit::checks::mutants::MARGIN;
+use radgrad_audit::comparison::contender::Contender;
 use radgrad_paper::appendix;
 use serde::Deserialize;
 

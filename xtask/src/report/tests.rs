@@ -6,11 +6,11 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use radgrad_audit::bounds::campaign;
+use radgrad_audit::cases::family::Family;
+use radgrad_audit::checks::mutants::{self, mutants};
 use radgrad_audit::comparison::Comparison;
-use radgrad_audit::family::Family;
-use radgrad_audit::mutants::{self, mutants};
-use radgrad_audit::run::{Part, Run};
-use radgrad_audit::stability::Stability;
+use radgrad_audit::comparison::stability::Stability;
+use radgrad_audit::measures::run::{Part, Run};
 use radgrad_paper::appendix::Misprint;
 
 use super::Report;

@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use radgrad_audit::agreement::Agreement;
-use radgrad_audit::distribution::Extreme;
-use radgrad_audit::measure::Quantity;
-use radgrad_audit::run::Run;
-use radgrad_audit::table::Table;
+use radgrad_audit::checks::agreement::Agreement;
+use radgrad_audit::measures::distribution::Extreme;
+use radgrad_audit::measures::measure::Quantity;
+use radgrad_audit::measures::run::Run;
+use radgrad_audit::measures::table::Table;
 
 use crate::{bounds, scenes};
 
@@ -67,7 +67,7 @@ fn worst(table: &Table, quantity: Quantity) -> Option<Extreme> {
 
 #[cfg(test)]
 mod tests {
-    use radgrad_audit::family::Family;
+    use radgrad_audit::cases::family::Family;
 
     use super::*;
 

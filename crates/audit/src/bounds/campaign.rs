@@ -3,8 +3,8 @@
 use crate::bounds::check::{Effort, check};
 use crate::bounds::digits::MANY;
 use crate::bounds::table::Table;
-use crate::family::{Family, Name};
-use crate::run::{Part, Run};
+use crate::cases::family::{Family, Name};
+use crate::measures::run::{Part, Run};
 
 /// Loose tolerances, in turn: to 1 the first rung answers with whatever bound it has.
 const LOOSE: [f64; 4] = [1.0, 1e-3, 1e-6, 1e-9];

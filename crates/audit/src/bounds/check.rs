@@ -8,8 +8,8 @@ use radgrad_scene::case::{Case, Problem};
 use crate::bounds::digits;
 use crate::bounds::mark::{Figure, Mark, Rung};
 use crate::bounds::reference::{Distance, Reference};
-use crate::measure::ratio;
-use crate::truth::{Truth, norm};
+use crate::measures::measure::ratio;
+use crate::measures::truth::{Truth, norm};
 
 /// The tolerance that is tighter than the default.
 pub(crate) const TIGHT: f64 = 1e-15;

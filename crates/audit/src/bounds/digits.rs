@@ -5,8 +5,8 @@ use radgrad_oracle::{Interval, enclose_occluded};
 use radgrad_scene::case::Problem;
 
 use crate::bounds::mark::Mark;
-use crate::seen::visible_part;
-use crate::truth::Truth;
+use crate::measures::seen::visible_part;
+use crate::measures::truth::Truth;
 
 /// Digits that are checked, in turn.
 pub(crate) const MANY: [u32; 3] = [30, 50, 100];
@@ -65,7 +65,7 @@ pub fn check(problem: &Problem, digits: u32, by_oracle: bool) -> Vec<(Mark, Stri
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::family::Family;
+    use crate::cases::family::Family;
 
     #[test]
     fn digits_agree_with_more_of_them_and_with_the_oracle() {

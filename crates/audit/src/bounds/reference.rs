@@ -4,7 +4,7 @@ use glam::DVec3;
 use radgrad_core::Answer;
 
 use crate::bounds::mark::Mark;
-use crate::truth::{Truth, norm_above};
+use crate::measures::truth::{Truth, norm_above};
 
 /// A truth, by its source.
 #[derive(Debug, Clone, PartialEq)]

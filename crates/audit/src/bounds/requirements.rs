@@ -22,8 +22,8 @@ use serde::Deserialize;
 
 use crate::bounds::mark::{Figure, Mark, Rung};
 use crate::bounds::table::{FamilyTable, Table};
-use crate::family::{Family, Name};
-use crate::gates::Gates;
+use crate::cases::family::{Family, Name};
+use crate::measures::gates::Gates;
 
 /// Requirements on a family beyond the rules without a number.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]

@@ -4,11 +4,11 @@ use std::io;
 
 use crate::bounds::check::Check;
 use crate::bounds::mark::{Figure, Mark, Rung};
-use crate::decade::Decade;
-use crate::distribution::Distribution;
-use crate::family::Name;
-use crate::table::write_figures;
-use crate::tally::{FamilyTally, Tally};
+use crate::cases::family::Name;
+use crate::measures::decade::Decade;
+use crate::measures::distribution::Distribution;
+use crate::measures::table::write_figures;
+use crate::measures::tally::{FamilyTally, Tally};
 
 /// Counts and distributions of one family.
 pub type FamilyTable = FamilyTally<Mark, Figure>;

@@ -8,12 +8,12 @@ use crate::bounds::check::{Check, Effort, check, check_by};
 use crate::bounds::mark::{Figure, Mark};
 use crate::bounds::requirements::breaches;
 use crate::bounds::table::Table;
-use crate::family::{Family, Name};
-use crate::gates::Gates;
-use crate::regression::Regression;
-use crate::run::{Part, Run};
-use crate::shard::Shard;
-use crate::shrink::weight;
+use crate::cases::family::{Family, Name};
+use crate::cases::regression::Regression;
+use crate::cases::shrink::weight;
+use crate::measures::gates::Gates;
+use crate::measures::run::{Part, Run};
+use crate::measures::shard::Shard;
 
 const BY_CORE: Effort = Effort::LEAST;
 
@@ -115,7 +115,7 @@ const GATES: &str = "appendix-a = 1e-9\n[bounds.generic]\nfirst-rung = 1.0\ntigh
 
 /// Gates for every figure of the measurement, which these tests are not about, and some for the bounds.
 fn gates() -> Gates {
-    let figures: String = crate::measure::Quantity::ALL.iter().map(|q| format!("{} = 1.0\n", q.name())).collect();
+    let figures: String = crate::measures::measure::Quantity::ALL.iter().map(|q| format!("{} = 1.0\n", q.name())).collect();
     let family = |family: &Family| if family.is_refused() { String::new() } else { format!("[{family}]\n{figures}") };
     Gates::from_toml(&(GATES.to_owned() + &Family::ALL.iter().map(family).collect::<String>())).expect("valid gates")
 }

@@ -13,7 +13,7 @@ use radgrad_solver::{Ledger, Marking, Options, Solution, solve_for};
 
 use super::family::Name;
 use super::model::{Change, Model};
-use crate::measure::is_worse;
+use crate::measures::measure::is_worse;
 
 /// The order of the channels in the changed scene, in which none has the next one after it, and what light is multiplied by: a power of two, so that every digit stays.
 const CHANNELS: [usize; 3] = [2, 1, 0];

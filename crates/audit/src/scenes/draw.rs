@@ -6,7 +6,7 @@ use radgrad_scene::Quantity;
 use radgrad_solver::Marking;
 
 use super::model::{Change, Exact, Expected, Grid, Model, Part, Probe, Ways};
-use crate::sampler::{Sampler, power_of_two};
+use crate::cases::sampler::{Sampler, power_of_two};
 
 mod exact;
 mod odd;

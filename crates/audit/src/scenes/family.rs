@@ -6,8 +6,8 @@ use std::str::FromStr;
 use super::draw;
 use super::model::Model;
 use super::statement::Subject;
-use crate::name::{Families, UnknownFamily};
-use crate::sampler::Sampler;
+use crate::cases::name::{Families, UnknownFamily};
+use crate::cases::sampler::Sampler;
 
 /// One scene in so many has more time.
 const LONG: u64 = 8;
@@ -207,9 +207,9 @@ impl Families for Family {
 /// let name: Name = "slit:1:17".parse()?;
 /// assert_eq!((name.family, name.index), (Family::Slit, 17));
 /// assert_eq!(name.model(), Family::Slit.model(1, 17), "the same bits on every machine");
-/// # Ok::<(), radgrad_audit::name::BadName<Family>>(())
+/// # Ok::<(), radgrad_audit::cases::name::BadName<Family>>(())
 /// ```
-pub type Name = crate::name::Name<Family>;
+pub type Name = crate::cases::name::Name<Family>;
 
 impl Name {
     /// The scene of this name.

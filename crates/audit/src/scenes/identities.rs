@@ -8,8 +8,8 @@ use radgrad_core::Polygon;
 use radgrad_scene::{Quantity, Scene, Texture};
 use radgrad_solver::{Options, Solution, solve};
 
-use crate::measure::is_worse;
-use crate::sampler::Sampler;
+use crate::cases::sampler::Sampler;
+use crate::measures::measure::is_worse;
 
 type Wrong = Result<Vec<String>, String>;
 

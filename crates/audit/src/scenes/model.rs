@@ -11,7 +11,7 @@ use radgrad_oracle::scene::known::FacingRectangles;
 use radgrad_scene::{Quantity, Scene, Texture, fnv1a};
 use radgrad_solver::Marking;
 
-use crate::sampler::Sampler;
+use crate::cases::sampler::Sampler;
 
 use super::written::{self, Lies, Written};
 

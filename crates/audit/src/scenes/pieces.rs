@@ -14,7 +14,7 @@ use radgrad_scene::{Scene, largest, smallest};
 use radgrad_solver::parts::{self, Transfer};
 use radgrad_solver::{Element, Mesh, Shape};
 
-use crate::sampler::Sampler;
+use crate::cases::sampler::Sampler;
 
 pub use hidden::{unseen, views};
 pub use textures::textures;

@@ -4,8 +4,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use radgrad_audit::family::Family;
-use radgrad_audit::run::Run;
+use radgrad_audit::cases::family::Family;
+use radgrad_audit::measures::run::Run;
 
 const RADGRAD: &str = env!("CARGO_BIN_EXE_radgrad");
 

@@ -5,7 +5,7 @@ use radgrad_oracle::scene::known::{FacingRectangles, furnace_emission};
 use radgrad_scene::Quantity;
 
 use super::{Room, between_rectangles, finish, quad, turned_or_not};
-use crate::sampler::Sampler;
+use crate::cases::sampler::Sampler;
 use crate::scenes::model::{Exact, Grid, Model, Part};
 
 /// Two rectangles up to eight times as long as wide, at about the distance of their width.

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::{CEILING, FLOOR, Room, cuboid, quad, reversed, turned_or_not};
-use crate::sampler::Sampler;
+use crate::cases::sampler::Sampler;
 use crate::scenes::model::{Expected, Model, Probe};
 
 /// A room with some oddities, in the open at times.

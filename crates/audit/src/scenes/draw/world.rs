@@ -5,7 +5,7 @@ use glam::DVec3;
 use radgrad_oracle::scene::known::furnace_emission;
 
 use super::{CEILING, FLOOR, Room, cuboid, finish, point_on, quad, reversed, turn, turning};
-use crate::sampler::Sampler;
+use crate::cases::sampler::Sampler;
 use crate::scenes::model::{Change, Exact, Model, Part, Probe};
 use crate::scenes::written::{Lies, Rounding, Window, Written};
 

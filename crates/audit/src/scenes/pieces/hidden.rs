@@ -8,7 +8,7 @@ use radgrad_scene::{largest, smallest};
 use radgrad_solver::{Mesh, parts};
 
 use super::{FINE, Wrong, exceeds, scene_of, within};
-use crate::sampler::Sampler;
+use crate::cases::sampler::Sampler;
 
 /// A body that is convex: an octahedron cut four times finer twice, its corners on an ellipsoid, seen from inside. Every face sees every other.
 fn body(s: &mut Sampler) -> Vec<Vec<DVec3>> {

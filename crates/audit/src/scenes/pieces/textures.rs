@@ -8,7 +8,7 @@ use radgrad_scene::{Quantity, Scene, Texture, largest, smallest};
 use radgrad_solver::{Mesh, parts};
 
 use super::{Wrong, exceeds, over};
-use crate::sampler::Sampler;
+use crate::cases::sampler::Sampler;
 
 /// Findings on textures on elements, in so many cases.
 #[must_use]

@@ -1,0 +1,168 @@
+//! Estimates of the oracle, beside its enclosures, against closed forms: cubature of functions, known rectangles, counts of rays, intervals
+//! and samples of an edge seen end-on.
+
+use glam::DVec3;
+use radgrad_core::{Emission, Emitter, Polygon, Receiver, evaluate_to};
+use radgrad_oracle::cubature::{Status, integrate_function};
+use radgrad_oracle::monte_carlo::{Sampling, Sequence, integrate};
+use radgrad_oracle::scene::known::FacingRectangles;
+use radgrad_oracle::scene::rays_for;
+use radgrad_oracle::{EmissionFunction, Interval};
+
+use crate::cases::sampler::Sampler;
+
+type Told = Result<Vec<String>, Box<dyn std::error::Error>>;
+
+/// An affine function with its gradient, without, and with another one, against the closed form.
+fn functions() -> Told {
+    let sampler = &mut Sampler::new(21, "functions", 0);
+    let mut findings = Vec::new();
+    for _ in 0..4 {
+        let place = |sampler: &mut Sampler| sampler.cube() + DVec3::Z * 2.0;
+        let polygon = Polygon::new(vec![place(sampler), place(sampler), place(sampler)])?;
+        let (slope, least) = (sampler.cube(), 4.0);
+        let along = slope - polygon.normal() * slope.dot(polygon.normal());
+        let start = polygon.vertices()[0];
+        let emitter = Emitter::new(polygon.clone(), Emission::gradient(least + slope.dot(start), along))?;
+        let receiver =
+            Receiver::new(start + polygon.normal() * 2.0 + sampler.cube() * 0.2, sampler.cube() * 0.2 - polygon.normal(), 1.0)?;
+        let truth = evaluate_to(&receiver, &emitter, &[], 1e-13)?;
+        let radiosity = |y: DVec3| least + slope.dot(y);
+        let (right, wrong) = (|_: DVec3| along, |_: DVec3| along * 1.5 + polygon.normal().any_orthonormal_vector());
+        let gradients: [Option<&dyn Fn(DVec3) -> DVec3>; 3] = [None, Some(&right), Some(&wrong)];
+        let [alone, both, contradicted] = gradients.map(|gradient| {
+            let emission = EmissionFunction { radiosity: &radiosity, gradient, detail: f64::INFINITY, bounds: None };
+            integrate_function(&receiver, &polygon, &emission, 1e-8, 200_000)
+        });
+        for estimate in [alone?, both?] {
+            let off = [(estimate.radiosity - truth.radiosity).abs(), (estimate.gradient - truth.gradient).length()];
+            let room = [estimate.radiosity_error + truth.radiosity_error, estimate.gradient_error + truth.gradient_error];
+            if estimate.status != Status::Converged || !(off[0] <= room[0] && off[1] <= room[1]) {
+                findings.push(format!("a function is off by {off:?}, estimated to {room:?}: {:?}", estimate.status));
+            }
+        }
+        let contradicted = contradicted?.status;
+        if contradicted != Status::Contradiction {
+            findings.push(format!("a gradient that is another function's is {contradicted:?}"));
+        }
+    }
+    Ok(findings)
+}
+
+/// Rectangles of a constant radiosity, against the closed form.
+fn rectangles() -> Told {
+    let mut findings = Vec::new();
+    for (gap, width) in [(1.0, 2.0), (0.3, 1.0), (2.5, 0.7)] {
+        let rectangles = FacingRectangles {
+            low: [[0.0, 0.0], [0.25, -0.5]],
+            high: [[1.5, 1.0], [0.25 + width, 1.25]],
+            gap,
+            reflectance: [0.0, 0.0],
+            emitted: [2.0, 3.0],
+        };
+        let [lower, upper] = rectangles.polygons()?;
+        for (which, at, other, b) in [(0, [0.5, 0.25], &upper, 3.0), (1, [0.75, 0.125], &lower, 2.0)] {
+            let (z, way) = if which == 0 { (0.0, DVec3::Z) } else { (gap, -DVec3::Z) };
+            let receiver = Receiver::new(DVec3::new(at[0], at[1], z), way, 1.0)?;
+            let truth = evaluate_to(&receiver, &Emitter::new(other.clone(), Emission::Constant(b))?, &[], 1e-13)?;
+            let [dx, dy] = rectangles.slopes(&[(which, at)])[0];
+            let mirrors = FacingRectangles { reflectance: [0.5, 0.25], ..rectangles };
+            // The radiosity 1 of both, chosen, takes an emission of 1 - rho E.
+            let chosen = mirrors.manufactured(which, at, |_, _| 1.0);
+            let rho = mirrors.reflectance[which];
+            let off = [dx - truth.gradient.x, dy - truth.gradient.y, chosen - (1.0 - rho * truth.radiosity / b)];
+            if !off.iter().all(|off| off.abs() <= 1e-9) {
+                findings.push(format!("rectangles {gap} apart: slopes and emission are off by {off:?}"));
+            }
+        }
+    }
+    Ok(findings)
+}
+
+/// Intervals of decimal numbers that doubles hold.
+fn intervals() -> Told {
+    let [wide, near, exact] =
+        [("1.5", 0.25), ("2.25", 0.5), ("0", 0.0)].map(|(text, radius)| Interval::around_decimal(text, radius));
+    let (wide, near, exact) = (wide?, near?, exact?);
+    let mut findings = Vec::new();
+    let mut hold = |what: &str, holds: bool| {
+        if !holds {
+            findings.push(format!("{what} of intervals"));
+        }
+    };
+    let is_about = |value: f64, of: f64| (of..=of + 1e-12).contains(&value);
+    let (low, high) = wide.bounds();
+    hold("bounds", is_about(-low, -1.25) && is_about(high, 1.75) && exact.bounds() == (0.0, 0.0));
+    hold(
+        "members",
+        [1.25, 1.5, 1.75].iter().all(|v| wide.contains(*v)) && ![1.2, 1.76, f64::NAN].iter().any(|v| wide.contains(*v)),
+    );
+    hold("errors", is_about(wide.error_of(2.0), 0.75) && exact.error_of(0.0) == 0.0 && exact.error_of(1.0) >= 1.0);
+    hold("common points", wide.overlaps(&near) && !wide.overlaps(&exact) && exact.overlaps(&exact));
+    hold("distances", (wide.share_apart(&near) - 1.0).abs() < 1e-12 && exact.share_apart(&exact) == 0.0);
+    let less = near.less(&wide);
+    hold("differences", less.to_f64() == 0.75 && is_about(less.radius(), 0.75) && exact.less(&exact).radius() == 0.0);
+    Ok(findings)
+}
+
+/// By Hoeffding's inequality, with one ray less it is not enough.
+fn counts() -> Told {
+    let mut findings = Vec::new();
+    for (error, confidence) in [(0.01, 0.99), (0.5, 0.9), (0.03, 1.0 - 1e-7)] {
+        let rays = f64::from(rays_for(error, confidence)?);
+        let doubt = |rays: f64| 2.0 * (-2.0 * rays * error * error).exp();
+        if !(doubt(rays) <= (1.0 - confidence) * (1.0 + 1e-9) && doubt(rays - 1.0) > 1.0 - confidence) {
+            findings.push(format!("{rays} rays for {error} at {confidence}"));
+        }
+    }
+    let is_refused = |error: f64| rays_for(error, 0.99).is_err();
+    if ![0.0, -0.1, 1.0, 1e-9, f64::NAN].into_iter().all(is_refused) {
+        findings.push("rays for no error, for a whole one or for more than can be counted".to_owned());
+    }
+    Ok(findings)
+}
+
+/// From a receiver on the line of an edge, and at one corner's height.
+fn edges_end_on() -> Told {
+    let polygon = Polygon::new([[1.0, 0.0, 1.0], [2.0, 0.0, 1.0], [2.0, 1.0, 2.0], [1.0, 1.0, 2.0]].map(DVec3::from).to_vec())?;
+    let mut findings = Vec::new();
+    for position in [DVec3::new(0.0, 0.0, 1.0), DVec3::new(1.0, -1.0, 0.0), DVec3::new(1.5, 0.5, 3.0), DVec3::new(1.5, 0.5, 0.0)]
+    {
+        let toward = DVec3::new(1.5, 0.5, 1.5) - position;
+        let receiver = Receiver::new(position, toward, 1.0)?;
+        let emitter = Emitter::new(polygon.clone(), Emission::at_vertices(vec![1.0, 2.0, 2.0, 1.0]))?;
+        let truth = evaluate_to(&receiver, &emitter, &[], 1e-12)?;
+        for (sampling, sequence) in [
+            (Sampling::SolidAngle, Sequence::Independent { samples: 2000, seed: 5 }),
+            (Sampling::Area, Sequence::Sobol { samples: 256, scramblings: 16, seed: 5 }),
+        ] {
+            let sampled = integrate(&receiver, &emitter, &[], sampling, sequence, 1.0 - 1e-6)?;
+            let limits = std::iter::once((sampled.radiosity, truth.radiosity))
+                .chain(sampled.gradient.into_iter().zip(truth.gradient.to_array()));
+            for (limits, truth) in limits {
+                let free = limits.distribution_free;
+                if !(free.low <= truth + 1e-12 && truth - 1e-12 <= free.high && free.width() < 10.0) {
+                    findings.push(format!("{sampling:?} from {position}: {truth} is not in {free:?}"));
+                }
+            }
+        }
+    }
+    Ok(findings)
+}
+
+/// All findings of these checks.
+#[must_use]
+pub fn all_wrong() -> Vec<String> {
+    let asked = [functions, rectangles, intervals, counts, edges_end_on];
+    asked.into_iter().flat_map(|ask| ask().unwrap_or_else(|error| vec![error.to_string()])).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_is_wrong() {
+        assert_eq!(all_wrong(), Vec::<String>::new());
+    }
+}

@@ -1,0 +1,186 @@
+//! A few lamps of every kind together, by a tree and each on lanes beside others, against each of them alone.
+//!
+//! Trees of one lamp or a few press on the rule by which a node is left out: its whole contribution is then the error.
+
+use glam::DVec3;
+use radgrad_core::batch::{Answers, Counts, EmitterTree, Emitters, Engine, Receivers};
+use radgrad_core::{Emission, Emitter, Error, Polygon, Receiver, evaluate_to};
+use rayon::prelude::*;
+
+use crate::cases::sampler::Sampler;
+use crate::measures::measure::is_worse;
+
+/// A lamp about a place, of a size, that faces about a way.
+fn lamp(sampler: &mut Sampler, place: DVec3, size: f64, way: DVec3) -> Result<Emitter, Error> {
+    let (u, v) = way.any_orthonormal_pair();
+    let thin = if sampler.one_in(5) { sampler.spread(-40, -4) } else { sampler.between(0.3, 1.0) };
+    let at = |[x, y]: [f64; 2]| place + (u * x + v * (y * thin)) * size;
+    // A dart is not convex.
+    let outlines: [&[[f64; 2]]; 5] = [
+        &[[-0.5, -0.4], [0.6, -0.3], [0.1, 0.6]],
+        &[[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]],
+        &[[-0.5, -0.5], [0.0, -0.1], [0.5, -0.5], [0.0, 0.6]],
+        &[[0.0, -0.1], [0.5, -0.5], [0.0, 0.6], [-0.5, -0.5]],
+        &[[-0.5, -0.5], [0.3, -0.6], [0.6, 0.0], [0.2, 0.5], [-0.5, 0.4]],
+    ];
+    let outline = outlines[sampler.below(5) as usize];
+    let polygon = Polygon::from_rounded(outline.iter().copied().map(at).collect(), 4.0 * f64::EPSILON * (place.length() + size))?;
+    let emission = match sampler.below(4) {
+        0 if outline.len() == 3 => Emission::at_vertices([(); 3].map(|()| sampler.between(0.5, 2.0)).to_vec()),
+        1 => {
+            let steep = u * sampler.sign() * sampler.spread(-40, 0);
+            Emission::gradient(sampler.between(0.5, 2.0), (steep - polygon.normal() * steep.dot(polygon.normal())) / size)
+        }
+        2 => Emission::Constant(-sampler.between(0.5, 2.0)),
+        _ => Emission::Constant(sampler.between(0.5, 2.0)),
+    };
+    Emitter::new(polygon, emission)
+}
+
+/// A receiver, and lamps over it.
+fn drawn(sampler: &mut Sampler) -> Result<(Receiver, Vec<Emitter>), Error> {
+    let unit = [1.0, 1.0, libm::ldexp(1.0, 100), libm::ldexp(1.0, -500)][sampler.below(4) as usize];
+    let count = 1 + sampler.below(4);
+    let far = sampler.spread(-6, 12);
+    let spread = if sampler.one_in(2) { 0.1 } else { 1.0 };
+    let normal = sampler.direction();
+    // Now and then level with a lamp, or behind it.
+    let lean = if sampler.one_in(3) { 1.0 } else { 0.2 };
+    let mut lamps = Vec::new();
+    for _ in 0..count {
+        let place = (normal * far + sampler.cube() * spread * (0.2 + far * 0.2)) * unit;
+        let way = (sampler.cube() * lean - normal).normalize_or(DVec3::Z);
+        let size = unit * sampler.between(0.5, 1.5);
+        lamps.push(lamp(sampler, place, size, way)?);
+    }
+    let x = sampler.cube() * (0.1 * unit);
+    Ok((Receiver::new(x, normal, 1.0)?, lamps))
+}
+
+/// All numbers of the totals of case `index` by a tree, and its work: to be remembered.
+///
+/// # Errors
+/// If a lamp is refused or an answer overflows.
+pub(crate) fn recorded(index: u64) -> Result<Vec<f64>, Error> {
+    let sampler = &mut Sampler::new(53, "lamps", index);
+    let (receiver, lamps) = drawn(sampler)?;
+    let (x, n) = (receiver.position().to_array().map(|c| [c]), receiver.direction().to_array().map(|c| [c]));
+    let receivers = Receivers::new([&x[0], &x[1], &x[2]], [&n[0], &n[1], &n[2]], &[1.0])?;
+    let tree = EmitterTree::new(&lamps);
+    let (mut answers, mut said) = (Answers::new(), Vec::new());
+    for tolerance in [10.0, 1.0, 1e-1, 1e-3, 1e-6, 1e-10] {
+        let tally = Engine::new().total(&receivers, &tree, tolerance, &mut answers)?;
+        let counts = [
+            tally.below,
+            tally.behind,
+            tally.weak,
+            tally.together,
+            tally.alone,
+            tally.far_fields,
+            tally.far_nodes,
+            tally.looked_at,
+        ];
+        said.extend(counts.map(|count| count as f64));
+        said.extend([answers.radiosity[0], answers.radiosity_error[0]]);
+    }
+    Ok(said)
+}
+
+/// Contradictions of case `index`.
+///
+/// # Errors
+/// If a lamp is refused or an answer overflows.
+pub fn wrong(index: u64) -> Result<Vec<String>, Error> {
+    let sampler = &mut Sampler::new(19, "lamps", index);
+    let (receiver, lamps) = drawn(sampler)?;
+    let alone = lamps.iter().map(|lamp| evaluate_to(&receiver, lamp, &[], 1e-10)).collect::<Result<Vec<_>, _>>()?;
+    let mut findings = Vec::new();
+    let mut hold = |what: &str, off: f64, room: f64| {
+        if is_worse(off, room) {
+            findings.push(format!("{what} is off by {off:e}, the bounds are {room:e}"));
+        }
+    };
+    // By a tree.
+    let (sum, sizes) = alone.iter().fold((0.0, 0.0), |(sum, sizes), a| (sum + a.radiosity, sizes + a.radiosity.abs()));
+    let error: f64 = alone.iter().map(|a| a.radiosity_error).sum::<f64>() + 1e-15 * sizes;
+    let (x, n) = (receiver.position().to_array().map(|c| [c]), receiver.direction().to_array().map(|c| [c]));
+    let receivers = Receivers::new([&x[0], &x[1], &x[2]], [&n[0], &n[1], &n[2]], &[1.0])?;
+    let tree = EmitterTree::new(&lamps);
+    let mut answers = Answers::new();
+    let largest = lamps.iter().map(Emitter::largest_emission).fold(0.0, f64::max);
+    for tolerance in [4.0 * sizes, sizes * sampler.spread(-20, 1), largest, 3.0].into_iter().filter(|t| *t > 1e-300) {
+        Engine::new().total(&receivers, &tree, tolerance, &mut answers)?;
+        hold("a total", (answers.radiosity[0] - sum).abs(), answers.radiosity_error[0] + error);
+        hold("a total's bound", answers.radiosity_error[0], tolerance * (1.0 + 1e-9) + error);
+    }
+    // Each beside others.
+    for tolerance in [1.0, 1e-9] {
+        Engine::new().each_to(&receiver, &Emitters::<f64>::new(&lamps), tolerance, &mut answers)?;
+        for (k, one) in alone.iter().enumerate() {
+            let slope = DVec3::from(answers.gradient.each_ref().map(|c| c[k]));
+            hold("one of many", (answers.radiosity[k] - one.radiosity).abs(), answers.radiosity_error[k] + one.radiosity_error);
+            hold("the gradient of one of many", (slope - one.gradient).length(), answers.gradient_error[k] + one.gradient_error);
+        }
+        // As many as there are.
+        hold("a count of entries", entries(&answers.counts).abs_diff(lamps.len()) as f64, 0.0);
+    }
+    Ok(findings)
+}
+
+/// How many entries are answered: those whose lanes are done again in double precision are among the others.
+pub(crate) const fn entries(counts: &Counts) -> usize {
+    counts.zero + counts.whole + counts.clipped + counts.single
+}
+
+/// Lamps that face one way from several heights, or several ways from one place, and receivers among them: some lamps are behind, some below.
+///
+/// # Errors
+/// If a lamp is refused or an answer overflows.
+fn of_stack(index: u64) -> Result<Vec<String>, Error> {
+    let sampler = &mut Sampler::new(20, "stacks", index);
+    let (way, depth) = (sampler.direction(), sampler.spread(-3, 1));
+    let (u, v) = way.any_orthonormal_pair();
+    let turn = if sampler.one_in(2) { 0.0 } else { sampler.spread(-12, -1) };
+    let mut lamps = Vec::new();
+    for _ in 0..24 {
+        let place = way * (depth * sampler.uniform()) + (u * sampler.uniform() + v * sampler.uniform()) * 0.5;
+        let facing = way + sampler.cube() * turn;
+        let (first, second) = facing.any_orthonormal_pair();
+        let size = sampler.between(0.05, 0.1);
+        let corners = [place, place + first * size, place + second * size];
+        lamps.push(Emitter::new(Polygon::new(corners.to_vec())?, Emission::Constant(sampler.between(0.5, 2.0)))?);
+    }
+    let (mut findings, mut answers) = (Vec::new(), Answers::new());
+    let tree = EmitterTree::new(&lamps);
+    for k in 0..6 {
+        // Among them, or far off.
+        let along = if k < 4 { depth * sampler.between(-0.5, 1.5) } else { sampler.spread(1, 6) };
+        let place = way * along + u * sampler.between(-1.0, 3.0) + v * 0.25;
+        let receiver = Receiver::new(place, sampler.direction() - way * 0.5, 1.0)?;
+        let alone = lamps.iter().map(|lamp| evaluate_to(&receiver, lamp, &[], 1e-10)).collect::<Result<Vec<_>, _>>()?;
+        let (sum, sizes) = alone.iter().fold((0.0, 0.0), |(sum, sizes), a| (sum + a.radiosity, sizes + a.radiosity.abs()));
+        let room: f64 = alone.iter().map(|a| a.radiosity_error).sum::<f64>() + 1e-15 * sizes;
+        let (x, n) = (receiver.position().to_array().map(|c| [c]), receiver.direction().to_array().map(|c| [c]));
+        let receivers = Receivers::new([&x[0], &x[1], &x[2]], [&n[0], &n[1], &n[2]], &[1.0])?;
+        for tolerance in [0.3, 1e-2, 1e-3, 1e-4, 1e-5, 1e-7, 1e-9] {
+            Engine::new().total(&receivers, &tree, tolerance, &mut answers)?;
+            let off = (answers.radiosity[0] - sum).abs();
+            if is_worse(off, answers.radiosity_error[0] + room) {
+                findings.push(format!("a total of {sum:e} is off by {off:e}, known to {:e}", answers.radiosity_error[0]));
+            }
+        }
+    }
+    Ok(findings)
+}
+
+/// Contradictions in the first cases.
+#[must_use]
+pub fn all_wrong(count: u64) -> Vec<String> {
+    let ask = |index: u64| {
+        let stack = index.is_multiple_of(6).then(|| of_stack(index));
+        let told = std::iter::once(wrong(index)).chain(stack);
+        let findings = told.flat_map(|told| told.unwrap_or_else(|error| vec![error.to_string()]));
+        findings.collect::<Vec<_>>().into_iter().map(move |what| format!("lamps:{index}: {what}"))
+    };
+    (0..count).into_par_iter().flat_map_iter(ask).collect()
+}

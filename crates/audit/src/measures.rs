@@ -1,0 +1,13 @@
+//! Answers measured against truth, and the tables and gates that the figures end in.
+
+pub mod decade;
+pub mod distribution;
+pub mod gates;
+pub mod leading;
+pub mod measure;
+pub mod run;
+pub mod seen;
+pub mod shard;
+pub mod table;
+pub mod tally;
+pub mod truth;
