@@ -25,6 +25,8 @@ pub(super) struct Model {
     pub(super) areas: Vec<f64>,
     pub(super) rays: f64,
     pub(super) logarithm: f64,
+    /// `ln(2/delta)` of each of the sums of a product: two a face, one of either sign.
+    of_sums: f64,
     pub(super) pairs: Vec<Pair>,
     /// Exchanges that are not by rays, with their errors, by the faces.
     pub(super) near: Vec<([usize; 2], [f64; 2])>,
@@ -110,6 +112,7 @@ impl Model {
         let mut model = Self {
             scale: vec![1.0; areas.len()],
             logarithm: logarithm(rows.len(), asked.settings.confidence),
+            of_sums: (4.0 * areas.len() as f64 / (1.0 - asked.settings.confidence)).ln(),
             areas,
             rays,
             pairs,
@@ -240,7 +243,7 @@ impl Model {
     /// How far a sum over the rays of numbers up to `most` may be off.
     pub(super) fn deviation(&self, sum: f64, most: f64) -> f64 {
         let one = most / self.rays;
-        one * deviation(sum / one, self.logarithm)
+        one * deviation(sum / one, self.of_sums)
     }
 }
 
