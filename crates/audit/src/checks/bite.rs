@@ -21,32 +21,20 @@ use radgrad_oracle::{Arithmetic, Request, Source, enclose_source_occluded};
 use rayon::prelude::*;
 
 use crate::bounds::check::{Effort as Checks, check_by};
-use crate::bounds::derived;
-use crate::bounds::digits;
 use crate::bounds::mark::Mark;
 use crate::bounds::requirements::breaches;
 use crate::bounds::search::{awkward, brink};
 use crate::bounds::witness::{self, Query, Witness};
 use crate::bounds::{campaign, table as bounds_table};
+use crate::bounds::{derived, digits};
 use crate::cases::family::{Family, Name};
 use crate::cases::sampler::Sampler;
 use crate::checks::agreement::agreement;
-use crate::checks::batches;
-use crate::checks::closed;
-use crate::checks::derivatives;
-use crate::checks::entries;
-use crate::checks::estimates;
 use crate::checks::forms::forms;
-use crate::checks::hulls;
-use crate::checks::lamps;
-use crate::checks::long;
-use crate::checks::motions;
-use crate::checks::operations;
-use crate::checks::rays;
 use crate::checks::record::{Asked, Record, RecordedSubject};
-use crate::checks::refusals;
-use crate::checks::shadows;
-use crate::checks::symmetry;
+use crate::checks::{
+    batches, closed, derivatives, entries, estimates, hulls, lamps, long, motions, operations, rays, refusals, shadows, symmetry,
+};
 use crate::measures::gates::Gates;
 use crate::measures::measure::{Kind, Outcome, Quantity};
 use crate::measures::run::{Part, Run};

@@ -6,9 +6,7 @@ use rayon::prelude::*;
 
 use super::{Setting, named};
 use crate::cases::sampler::Sampler;
-use crate::checks::exchanges;
-use crate::checks::hidden;
-use crate::checks::screens;
+use crate::checks::{exchanges, hidden, screens};
 use crate::scenes;
 
 /// Exchanges with nothing in between, of edges and polygons.

@@ -13,8 +13,7 @@ use glam::DVec3;
 
 use super::{Asked, Recorded, Statement};
 use crate::cases::sampler::split_mix;
-use crate::checks::hidden;
-use crate::checks::lamps;
+use crate::checks::{hidden, lamps};
 use crate::measures::measure::{is_worse, worse};
 
 /// The subject of a block.

@@ -1,9 +1,7 @@
 //! Records of parts of factors.
 
 use super::{Recorded, Statement};
-use crate::checks::exchanges;
-use crate::checks::hidden;
-use crate::checks::screens;
+use crate::checks::{exchanges, hidden, screens};
 
 /// A part of the computation of factors.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

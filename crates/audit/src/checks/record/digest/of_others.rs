@@ -8,8 +8,7 @@ use radgrad_scene::{FactorMatrix, FactorSettings, FormFactors, Scene};
 
 use super::Digest;
 use crate::cases::family::Family;
-use crate::checks::exchanges;
-use crate::checks::screens;
+use crate::checks::{exchanges, screens};
 use crate::measures::seen::reduced;
 use crate::scenes::family::Family as Scenes;
 
