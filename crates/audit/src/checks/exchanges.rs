@@ -150,14 +150,14 @@ pub fn of_pair(index: u64) -> Vec<String> {
             let [x, y, z] = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| moved(axis, *symmetry));
             x.cross(y).dot(z) < 0.0
         };
-        let of = |polygon: &Polygon| {
+        let scaled = |polygon: &Polygon| {
             let mut corners: Vec<DVec3> = polygon.vertices().iter().map(|&corner| moved(corner, *symmetry)).collect();
             if is_mirrored {
                 corners[1..].reverse();
             }
             Polygon::new(corners)
         };
-        if let (Ok(from), Ok(to)) = (of(from), of(to)) {
+        if let (Ok(from), Ok(to)) = (scaled(from), scaled(to)) {
             agree("by other axes", probes::exchange(&from, &to, TRUNCATIONS[0], USUAL), 0.0);
         }
     }
@@ -168,8 +168,8 @@ pub fn of_pair(index: u64) -> Vec<String> {
         agree("by points", [seen, 0.0], rough * seen);
     }
     for power in [2.0_f64.powi(-40), 2.0_f64.powi(33)] {
-        let of = |polygon: &Polygon| Polygon::new(polygon.vertices().iter().map(|&corner| corner * power).collect());
-        if let (Ok(from), Ok(to)) = (of(from), of(to)) {
+        let scaled = |polygon: &Polygon| Polygon::new(polygon.vertices().iter().map(|&corner| corner * power).collect());
+        if let (Ok(from), Ok(to)) = (scaled(from), scaled(to)) {
             let found = probes::exchange(&from, &to, TRUNCATIONS[0], USUAL).map(|figure| figure / power / power);
             if found != first {
                 findings.push(format!("exchange {index} times {power:e}: {found:?} instead of {first:?}"));
@@ -224,8 +224,11 @@ pub(crate) fn recorded_edges(index: u64) -> Vec<(f64, f64)> {
 pub(crate) fn recorded(index: u64) -> Result<Vec<(f64, f64)>, String> {
     let s = &mut Sampler::new(18, "exchanges", index);
     let pair = Pair::drawn(s).ok_or("no polygons")?;
-    let of = |resolved: f64, truncation: f64| probes::exchange(&pair.from, &pair.to, truncation, resolved).into();
-    Ok([BY_EDGES, BY_POINTS].into_iter().flat_map(|resolved| TRUNCATIONS.map(|truncation| of(resolved, truncation))).collect())
+    let exchange = |resolved: f64, truncation: f64| probes::exchange(&pair.from, &pair.to, truncation, resolved).into();
+    Ok([BY_EDGES, BY_POINTS]
+        .into_iter()
+        .flat_map(|resolved| TRUNCATIONS.map(|truncation| exchange(resolved, truncation)))
+        .collect())
 }
 
 #[cfg(test)]

@@ -74,14 +74,14 @@ pub fn of_beam(index: u64) -> Vec<String> {
         let (Some(all), Some(lamp)) = (others.iter().map(turn).collect::<Option<Vec<_>>>(), turn(&lamp)) else { continue };
         let Ok(receiver) = Receiver::new(shifted(at, by) * power, shifted(direction, by), 1.0) else { continue };
         let occluders = Occluders::new(&all);
-        let found = |beam: Option<Beam>| beam.map(|beam| occluders.in_beam(&beam, &[]).polygons);
-        let exactly = found(Beam::from_receiver(&receiver, &lamp));
+        let polygons = |beam: Option<Beam>| beam.map(|beam| occluders.in_beam(&beam, &[]).polygons);
+        let exactly = polygons(Beam::from_receiver(&receiver, &lamp));
         if by == 0 {
             let corners = surface.vertices();
             // A point of the surface's plane, exactly on a lattice.
             let on = (corners[0] + corners[1] * 2.0 + corners[2]) / 4.0;
             let of_surface = Receiver::new(on, surface.normal(), 1.0).ok();
-            let by_surface = found(Beam::from_polygon(&surface, &lamp));
+            let by_surface = polygons(Beam::from_polygon(&surface, &lamp));
             let asked = [(Some(receiver), exactly.clone(), 0.0), (of_surface.filter(|_| is_lattice), by_surface, PLANES)];
             for (receiver, chosen, slack) in
                 asked.into_iter().filter_map(|(receiver, chosen, slack)| Some((receiver?, chosen, slack)))
@@ -314,8 +314,8 @@ pub(crate) fn recorded_work(index: u64) -> Result<Vec<f64>, String> {
     let mut work = vec![seen.into_iter().sum::<usize>()];
     for pair in others.chunks_exact(2).take(12) {
         if let Some(beam) = Beam::from_polygon(&pair[0], &pair[1]) {
-            let found = occluders.in_beam(&beam, &[]);
-            work.extend([found.boxes_tested, found.polygons_tested, found.polygons.len()]);
+            let met = occluders.in_beam(&beam, &[]);
+            work.extend([met.boxes_tested, met.polygons_tested, met.polygons.len()]);
         }
     }
     Ok(work.into_iter().map(|count| count as f64).collect())

@@ -164,9 +164,9 @@ fn of_stack(index: u64) -> Result<Vec<String>, Error> {
         let receivers = Receivers::new([&x[0], &x[1], &x[2]], [&n[0], &n[1], &n[2]], &[1.0])?;
         for tolerance in [0.3, 1e-2, 1e-3, 1e-4, 1e-5, 1e-7, 1e-9] {
             Engine::new().total(&receivers, &tree, tolerance, &mut answers)?;
-            let off = (answers.radiosity[0] - sum).abs();
-            if is_worse(off, answers.radiosity_error[0] + room) {
-                findings.push(format!("a total of {sum:e} is off by {off:e}, known to {:e}", answers.radiosity_error[0]));
+            let error = (answers.radiosity[0] - sum).abs();
+            if is_worse(error, answers.radiosity_error[0] + room) {
+                findings.push(format!("a total of {sum:e} is off by {error:e}, known to {:e}", answers.radiosity_error[0]));
             }
         }
     }

@@ -131,8 +131,8 @@ fn narrowed(most_cells: usize) -> FactorSettings {
 /// The factors of a scene between its first two faces, with every effort.
 fn factors(scene: &Scene, order: [usize; 2]) -> Result<Vec<Factor>, String> {
     let factors = FormFactors::new(scene).map_err(|error| error.to_string())?;
-    let of = |&cells: &usize| factors.between(order[0], order[1], &narrowed(cells)).map_err(|error| error.to_string());
-    EFFORTS.iter().map(of).collect()
+    let answer = |&cells: &usize| factors.between(order[0], order[1], &narrowed(cells)).map_err(|error| error.to_string());
+    EFFORTS.iter().map(answer).collect()
 }
 
 /// The unit in which faces are small beside the scene.
@@ -213,9 +213,9 @@ pub fn of_complements(index: u64) -> Result<Vec<String>, String> {
     let mut drawn = Drawn::new(s, 1);
     let level = drawn.screens[0][0].z;
     drawn.screens[0].iter_mut().for_each(|corner| corner.z = level);
-    let rest = rest_of_plane(&drawn.screens[0]);
+    let others = rest_of_plane(&drawn.screens[0]);
     let faces = || drawn.faces.iter().cloned();
-    let scenes = [of_faces(faces())?, of_faces(faces().chain(drawn.screens.clone()))?, of_faces(faces().chain(rest))?];
+    let scenes = [of_faces(faces())?, of_faces(faces().chain(drawn.screens.clone()))?, of_faces(faces().chain(others))?];
     let ready = [0, 1, 2].map(|k| FormFactors::new(&scenes[k]).map_err(|error| error.to_string()));
     let [free, past, through] = ready;
     let (free, past, through) = (free?, past?, through?);
@@ -223,14 +223,15 @@ pub fn of_complements(index: u64) -> Result<Vec<String>, String> {
     let looks = FactorSettings { tolerance: 1.0, estimate: 1.0, ..narrowed(10) };
     let mut findings = Vec::new();
     for (name, settings, most) in [("many digits", digits, 1e-7), ("few digits", narrowed(60), 1e-3), ("looks", looks, 1e-5)] {
-        let [all, past, rest] = [&free, &past, &through].map(|of| of.between(0, 1, &settings).map_err(|error| error.to_string()));
-        let (all, past, rest) = (all?, past?, rest?);
-        let apart = (past.value + rest.value - all.value).abs();
+        let [all, past, others] =
+            [&free, &past, &through].map(|of| of.between(0, 1, &settings).map_err(|error| error.to_string()));
+        let (all, past, others) = (all?, past?, others?);
+        let apart = (past.value + others.value - all.value).abs();
         if is_worse(apart, most) {
-            findings.push(format!("complements {index}, {name}: {past:?} and {rest:?} are not {all:?}, by {apart:e}"));
+            findings.push(format!("complements {index}, {name}: {past:?} and {others:?} are not {all:?}, by {apart:e}"));
         }
-        if past.lower + rest.lower > all.upper || past.upper + rest.upper < all.lower {
-            findings.push(format!("complements {index}, {name}: brackets {past:?} and {rest:?} are beside {all:?}"));
+        if past.lower + others.lower > all.upper || past.upper + others.upper < all.lower {
+            findings.push(format!("complements {index}, {name}: brackets {past:?} and {others:?} are beside {all:?}"));
         }
     }
     Ok(findings)
@@ -242,10 +243,10 @@ pub fn of_complements(index: u64) -> Result<Vec<String>, String> {
 /// If a polygon, a scene or a factor is refused: why.
 pub(crate) fn recorded(index: u64) -> Result<Vec<(f64, f64)>, String> {
     let drawn = Drawn::new(&mut Sampler::new(21, "screens", index), index % KINDS);
-    let of = |factor: &Factor| {
+    let answer = |factor: &Factor| {
         [(0.5 * (factor.lower + factor.upper), 0.5 * (factor.upper - factor.lower)), (factor.value, factor.estimate)]
     };
-    Ok(factors(&drawn.scene(index, 1.0)?, [0, 1])?.iter().flat_map(of).collect())
+    Ok(factors(&drawn.scene(index, 1.0)?, [0, 1])?.iter().flat_map(answer).collect())
 }
 
 /// How many of its lengths an edge starts before where it does.
@@ -277,10 +278,10 @@ fn shares(index: u64) -> Result<[[f64; 2]; 4], String> {
 /// # Errors
 /// If a cell is refused: why.
 pub fn of_shares(index: u64) -> Result<Vec<String>, String> {
-    let all = shares(index)?;
-    let [low, high] = all[0];
-    let apart = all.iter().find(|[least, most]| !(least <= &high && &low <= most));
-    Ok(apart.map(|other| format!("share {index} is in {:?}, and in {other:?}", all[0])).into_iter().collect())
+    let entries = shares(index)?;
+    let [low, high] = entries[0];
+    let apart = entries.iter().find(|[least, most]| !(least <= &high && &low <= most));
+    Ok(apart.map(|other| format!("share {index} is in {:?}, and in {other:?}", entries[0])).into_iter().collect())
 }
 
 /// The same by their middle and half their width: figures to be remembered.

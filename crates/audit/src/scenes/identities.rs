@@ -100,8 +100,8 @@ fn surfaces(index: u64) -> Wrong {
             findings.push(format!("surfaces have the mean {mean:e}, the scene {:e}", solution.mean()[0]));
         }
         for (surface, (_, rho, emitted)) in by_surface.iter().zip(&room) {
-            let off = (surface.mean[0] - surface.reflected[0] - emitted).abs();
-            if is_worse(off, 1e-9 * mean) || (*rho == 0.0 && is_worse(surface.reflected[0].abs(), 1e-9 * mean)) {
+            let error = (surface.mean[0] - surface.reflected[0] - emitted).abs();
+            if is_worse(error, 1e-9 * mean) || (*rho == 0.0 && is_worse(surface.reflected[0].abs(), 1e-9 * mean)) {
                 findings.push(format!("a surface of reflectance {rho} that emits {emitted} has {surface:?}"));
             }
         }

@@ -58,12 +58,12 @@ fn heights(sampler: &mut Sampler) -> Vec<String> {
     let ([a, b, c], [p, q, r], [u, v, w]) = (n.to_array(), at.to_array(), origin.to_array());
     let terms = [(a, p, u), (b, q, v), (c, r, w)].map(|(n, p, o)| big(n) * (big(p) - big(o)));
     let truth = (terms[0] + terms[1] + terms[2]).scaled(power_of_n).scaled(power);
-    let off = (truth - Big::from_double_double(said)).size();
+    let error = (truth - Big::from_double_double(said)).size();
     let room = truth.size() * (3.0 * ROUNDOFF_OF_DOUBLE_DOUBLE) + Magnitude::from(f64::MIN_POSITIVE);
     let is_zero = truth.size() == Magnitude::from(0.0);
     let has_sign = if is_zero { said == DoubleDouble::ZERO } else { said.hi != 0.0 && said.hi.signum() == truth.high().signum() };
-    let told = || format!("{n:?} times the way from {origin:?} to {at:?} is {said:?}, off by {:e}", off.to_double());
-    if off <= room && has_sign { Vec::new() } else { vec![told()] }
+    let told = || format!("{n:?} times the way from {origin:?} to {at:?} is {said:?}, off by {:e}", error.to_double());
+    if error <= room && has_sign { Vec::new() } else { vec![told()] }
 }
 
 /// On which side of a plane a point is, and whether points are in line.

@@ -47,10 +47,11 @@ fn points(sampler: &mut Sampler) -> Told {
     let (receiver, emitter) = lit(sampler, [1.0, 1.0])?;
     let truth = evaluate_to(&receiver, &emitter, &[], 1e-12)?;
     let estimate = cubature::integrate(&receiver, &emitter, 1e-9, 40_000)?;
-    let off = [(estimate.radiosity - truth.radiosity).abs(), (estimate.gradient - truth.gradient).length()];
+    let error = [(estimate.radiosity - truth.radiosity).abs(), (estimate.gradient - truth.gradient).length()];
     let room = [estimate.radiosity_error + truth.radiosity_error, estimate.gradient_error + truth.gradient_error];
-    if estimate.status != Status::Converged || !(off[0] <= room[0] && off[1] <= room[1]) {
-        findings.push(format!("cubature over corners on edges is off by {off:?}, estimated to {room:?}: {:?}", estimate.status));
+    if estimate.status != Status::Converged || !(error[0] <= room[0] && error[1] <= room[1]) {
+        findings
+            .push(format!("cubature over corners on edges is off by {error:?}, estimated to {room:?}: {:?}", estimate.status));
     }
     let sequence = Sequence::Independent { samples: 60, seed: 5 };
     let sampled = |receiver: &Receiver, emitter: &Emitter| {
@@ -95,10 +96,10 @@ fn enclosures(sampler: &mut Sampler) -> Told {
         for (arithmetic, digits) in [(Arithmetic::DoubleDouble, 15), (Arithmetic::Limbs, 20), (Arithmetic::Astro, 20)] {
             let request = Request { digits, arithmetic: Some(arithmetic), budget: 100_000 };
             let enclosure = enclose_source(&receiver, &Source::Emitter(&emitter), &request)?;
-            let off = (enclosure.radiosity.to_f64() / light - truth.radiosity / light).abs();
+            let error = (enclosure.radiosity.to_f64() / light - truth.radiosity / light).abs();
             let room = enclosure.radiosity.radius() / light + truth.radiosity_error / light;
-            if !(off <= room && room <= 1e-11 * truth.radiosity / light) {
-                findings.push(format!("{arithmetic:?} of light in units of {light:e}: off by {off:e}, known to {room:e}"));
+            if !(error <= room && room <= 1e-11 * truth.radiosity / light) {
+                findings.push(format!("{arithmetic:?} of light in units of {light:e}: off by {error:e}, known to {room:e}"));
             }
         }
     }
@@ -290,11 +291,11 @@ type Ask = (&'static str, fn(&mut Sampler) -> Told);
 pub(super) fn all_wrong(count: u64) -> Vec<String> {
     let asks: [Ask; 5] =
         [("points", points), ("enclosures", enclosures), ("rooms", rooms), ("rectangles", rectangles), ("decimals", decimals)];
-    let of = |(name, ask): Ask| -> Vec<String> {
+    let asked = |(name, ask): Ask| -> Vec<String> {
         let told = |index: u64| ask(&mut Sampler::new(64, name, index)).unwrap_or_else(|error| vec![format!("{name}: {error}")]);
         (0..count).flat_map(told).collect()
     };
-    asks.into_iter().flat_map(of).collect()
+    asks.into_iter().flat_map(asked).collect()
 }
 
 #[cfg(test)]

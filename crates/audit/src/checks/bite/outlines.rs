@@ -73,8 +73,10 @@ fn wrong(sampler: &mut Sampler) -> Vec<String> {
         Ok(polygon) => {
             let area = 0.5 * twice.abs() as f64 * normal.length();
             let side = (normal * twice as f64).normalize();
-            let of = |axis: usize| vertices.iter().map(move |v| v.to_array()[axis]);
-            let extent = |axis: usize| of(axis).fold(f64::NEG_INFINITY, f64::max) - of(axis).fold(f64::INFINITY, f64::min);
+            let coordinates = |axis: usize| vertices.iter().map(move |v| v.to_array()[axis]);
+            let extent = |axis: usize| {
+                coordinates(axis).fold(f64::NEG_INFINITY, f64::max) - coordinates(axis).fold(f64::INFINITY, f64::min)
+            };
             let size = [0, 1, 2].map(extent).into_iter().fold(0.0, f64::max);
             repeated.is_none()
                 && twice != 0

@@ -60,7 +60,7 @@ pub(super) fn pieces(_: &Setting<'_>) -> Vec<String> {
 pub(super) fn alike(_: &Setting<'_>) -> Vec<String> {
     use scenes::family::Family as Scenes;
     let families = [Scenes::Facing, Scenes::Downlight, Scenes::Slit, Scenes::Touching];
-    let of = |(index, &family): (usize, &Scenes)| {
+    let findings_of = |(index, &family): (usize, &Scenes)| {
         let name = scenes::family::Name { family, seed: 31, index: 1 };
         let mut model = name.model();
         model.colour(&mut Sampler::new(31, "alike", 0));
@@ -68,7 +68,7 @@ pub(super) fn alike(_: &Setting<'_>) -> Vec<String> {
         let wrong = scenes::alike::in_other_channels(&model).unwrap_or_else(|error| vec![error]);
         named(name, wrong)
     };
-    families.par_iter().enumerate().flat_map_iter(of).collect()
+    families.par_iter().enumerate().flat_map_iter(findings_of).collect()
 }
 
 /// Rays for the truth of a scene.
@@ -92,11 +92,11 @@ pub(super) fn whole_scenes(_: &Setting<'_>) -> Vec<String> {
         Scenes::Nested,
     ];
     let table = scenes::table::Table::measure(&families, families.len() as u64, 11, &effort, |_, _| ());
-    let of = |violation: &scenes::table::Violation| {
+    let findings_of = |violation: &scenes::table::Violation| {
         let first = violation.faults.first().map_or("", String::as_str);
         format!("{}: {}: {first}", violation.name, violation.subject.name())
     };
-    let mut findings: Vec<String> = table.violations.iter().map(of).collect();
+    let mut findings: Vec<String> = table.violations.iter().map(findings_of).collect();
     // No gate forbids an estimate that is off now and then; of these scenes none is.
     let off = table.statements.iter().filter(|(_, judged)| judged.verdict == scenes::judge::Verdict::Off);
     findings.extend(off.map(|(name, judged)| {

@@ -158,10 +158,10 @@ fn compared(drawn: &Drawn, triangulated: &[DVec3]) -> Result<(Vec<String>, f64),
             room[1] += part.gradient_error;
         }
         for said in answers.iter().flatten() {
-            let off = [(said.radiosity - value).abs(), norm_above(said.gradient - slope)];
+            let error = [(said.radiosity - value).abs(), norm_above(said.gradient - slope)];
             let bound = [said.radiosity_error + room[0], said.gradient_error + room[1]];
-            if !(off[0] <= bound[0] * (1.0 + 1e-12) && off[1] <= bound[1] * (1.0 + 1e-12)) {
-                findings.push(format!("{place:?}, diagonals {k} and {l}: off by {off:?}, known to {bound:?}: {said:?}"));
+            if !(error[0] <= bound[0] * (1.0 + 1e-12) && error[1] <= bound[1] * (1.0 + 1e-12)) {
+                findings.push(format!("{place:?}, diagonals {k} and {l}: off by {error:?}, known to {bound:?}: {said:?}"));
             }
             most = worse(most, said.radiosity_error / (said.radiosity + room[0]).max(1e-3) / precision);
         }
@@ -203,9 +203,9 @@ fn on_surface(sampler: &mut Sampler) -> Result<Vec<String>, Error> {
             value += part.radiosity;
             room += part.radiosity_error;
         }
-        let off = (said.radiosity - value).abs();
-        if is_worse(off, room) || room.is_nan() {
-            findings.push(format!("at {step:e} over a surface it is {value}: off by {off:e}, known to {room:e}: {said:?}"));
+        let error = (said.radiosity - value).abs();
+        if is_worse(error, room) || room.is_nan() {
+            findings.push(format!("at {step:e} over a surface it is {value}: off by {error:e}, known to {room:e}: {said:?}"));
         }
     }
     Ok(findings)
