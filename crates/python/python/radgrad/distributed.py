@@ -96,6 +96,12 @@ def _block(rows: "tuple[int, int]", digest: str, sent: "tuple[bytes, list[str]]"
     return _scene(digest, sent)._core.factor_block(settings, *rows).__reduce__()[1][0]
 
 
+def _cuts(count: int, jobs: int) -> "list[tuple[int, int]]":
+    """Even ranges of so many rows."""
+    cuts = np.unique(np.linspace(0, count, min(jobs, max(count, 1)) + 1).astype(int)).tolist()
+    return list(zip(cuts[:-1], cuts[1:]))
+
+
 def _blocks(areas: "np.ndarray[Any, Any]", jobs: int) -> "list[tuple[int, int]]":
     """Ranges of rows of about as much work each: row i has the pairs with later rows, and those of a large face take more cells."""
     rows = len(areas)
@@ -115,6 +121,19 @@ def _results(client: "Client", futures: "list[Any]") -> "list[Any]":
     except BaseException:
         client.cancel(futures)
         raise
+
+
+def _by_rows(
+    client: "Client",
+    job: "Callable[..., bytes]",
+    scene: Scene,
+    settings: "dict[str, Any]",
+    cut: "list[tuple[int, int]]",
+) -> "list[bytes]":
+    """The results of a job on blocks of rows of a scene, in their order."""
+    digest, sent = _sent(client, scene)
+    # Handed over together, jobs wait at the scheduler for whoever is free; one by one, they go to the holder of the scene.
+    return _results(client, client.map(job, cut, digest=digest, sent=sent, settings=settings, pure=False))
 
 
 def factors(
@@ -146,23 +165,14 @@ def factors(
         As `Scene.factors` does, and if the cluster has no worker.
     """
     settings = settings_of(tolerance, relative, most_cells, estimate, most_points)
-    cut = _blocks(scene._core.row_areas, jobs or _jobs(client))
-    digest, sent = _sent(client, scene)
-    # Handed over together, jobs wait at the scheduler for whoever is free; one by one, they go to the holder of the scene.
-    futures = client.map(_block, cut, digest=digest, sent=sent, settings=settings, pure=False)
-    blocks = [_radgrad.FactorBlock.from_bytes(block) for block in _results(client, futures)]
+    done = _by_rows(client, _block, scene, settings, _blocks(scene._core.row_areas, jobs or _jobs(client)))
+    blocks = [_radgrad.FactorBlock.from_bytes(block) for block in done]
     return Factors(scene, scene._core.join(settings, blocks), settings)._warn()
 
 
 def _rows(rows: "tuple[int, int]", digest: str, sent: "tuple[bytes, list[str]]", settings: "dict[str, Any]") -> bytes:
     """A job of `rays`."""
     return _radgrad.RayCore.count(_scene(digest, sent)._core, settings, *rows)
-
-
-def _cuts(count: int, jobs: int) -> "list[tuple[int, int]]":
-    """Ranges of so many rows of about as much work each: as many rays leave every face."""
-    cuts = np.unique(np.linspace(0, count, min(jobs, max(count, 1)) + 1).astype(int)).tolist()
-    return list(zip(cuts[:-1], cuts[1:]))
 
 
 def rays(
@@ -194,10 +204,9 @@ def rays(
         As `Scene.factors` does, and if the cluster has no worker.
     """
     settings = ray_settings(tolerance, confidence, rays, seed, drop_below)
-    cut = _cuts(len(scene._core.row_areas), jobs or _jobs(client))
-    digest, sent = _sent(client, scene)
-    futures = client.map(_rows, cut, digest=digest, sent=sent, settings=settings, pure=False)
-    return RayFactors(scene, _radgrad.RayCore.join(scene._core, settings, _results(client, futures)), settings)
+    # As many rays leave every face.
+    done = _by_rows(client, _rows, scene, settings, _cuts(len(scene._core.row_areas), jobs or _jobs(client)))
+    return RayFactors(scene, _radgrad.RayCore.join(scene._core, settings, done), settings)
 
 
 def _job(
