@@ -140,6 +140,21 @@ struct Library {
 }
 
 impl Library {
+    /// The materials of libraries that there are in place of one that is not.
+    fn candidates(&self, name: &str) -> String {
+        // The first face of one is refused: those after very many are compared with no name.
+        if self.unknown.len() >= MOST_COMPARED {
+            return "no library has a material of this name".to_owned();
+        }
+        let mut names: Vec<(usize, &str)> = self.names.iter().map(|(name, &index)| (index, name.as_str())).collect();
+        names.retain(|(index, _)| !self.unknown.contains(index));
+        if names.is_empty() {
+            return "no library names one: `mtllib FILE` before it reads a library".to_owned();
+        }
+        names.sort_unstable();
+        candidates(name, names.into_iter().map(|(_, name)| name))
+    }
+
     /// Adds a black material in place of one that is not known: where materials are optional, that is noted.
     fn add_unknown(&mut self, name: &str, error: Error, intake: &mut Intake) -> Result<usize, Error> {
         let black = intake.add_material(name, &[0.0; 3], &[0.0; 3])?;
@@ -341,19 +356,7 @@ impl Reader<'_> {
         }
         let candidates = match &self.missing {
             Some(missing) => missing.clone(),
-            // The first face of one is refused: those after very many are compared with no name.
-            None if self.materials.unknown.len() >= MOST_COMPARED => "no library has a material of this name".to_owned(),
-            None => {
-                let mut names: Vec<(usize, &str)> =
-                    self.materials.names.iter().map(|(name, &index)| (index, name.as_str())).collect();
-                names.retain(|(index, _)| !self.materials.unknown.contains(index));
-                names.sort_unstable();
-                if names.is_empty() {
-                    "no library names one: `mtllib FILE` before it reads a library".to_owned()
-                } else {
-                    candidates(name, names.into_iter().map(|(_, name)| name))
-                }
-            }
+            None => self.materials.candidates(name),
         };
         let missing = Error::Missing { what: "material", which: quoted(Some(name)), known: candidates };
         let place = self.intake.place(Position::Line(line));

@@ -47,9 +47,9 @@ pub(crate) fn receivers(sampler: &mut Sampler, problem: &Problem, count: usize) 
     let drawn = |_| {
         let along = [1.0, 1.0, 0.5, 3.0, 1e-3, -0.5][sampler.below(6) as usize];
         let reach = (x - middle).length() * [0.02, 0.3, 1.5][sampler.below(3) as usize];
-        let at = middle + (x - middle) * along + sampler.cube() * reach;
+        let position = middle + (x - middle) * along + sampler.cube() * reach;
         let facing = if sampler.one_in(2) { n1 } else { n1 + sampler.cube() * n1.length() };
-        [at, facing]
+        [position, facing]
     };
     (0..count).map(drawn).collect()
 }
@@ -219,8 +219,8 @@ fn across_an_axis<F: Precision>(index: u64, cast: &Cast<F>) -> Result<Vec<String
     };
     let single = |v: DVec3| v.map(|c| (cast.from)((cast.to)(c)));
     let place = |_| {
-        let at = DVec3::new(level + heights(sampler), sampler.between(-1.0, 2.0), sampler.between(-1.0, 2.0));
-        [single(at), single(sampler.direction() - DVec3::X)]
+        let position = DVec3::new(level + heights(sampler), sampler.between(-1.0, 2.0), sampler.between(-1.0, 2.0));
+        [single(position), single(sampler.direction() - DVec3::X)]
     };
     let places: Vec<[DVec3; 2]> = (0..16).map(place).collect();
     let (mut findings, mut first) = (Vec::new(), None);

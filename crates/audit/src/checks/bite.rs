@@ -566,24 +566,32 @@ fn other_entries(_: &Setting<'_>) -> Vec<String> {
 mod tests {
     use super::*;
 
+    fn gates() -> Gates {
+        Gates::from_toml(include_str!("../../../../data/gates.toml")).unwrap()
+    }
+
+    fn without_records(gates: &Gates) -> Setting<'_> {
+        Setting { gates, witnesses: &[], records: &[], first: None, made: Made::All }
+    }
+
     #[test]
     fn a_run_without_a_witness_says_so() {
-        let gates = Gates::from_toml(include_str!("../../../../data/gates.toml")).unwrap();
-        let setting = Setting { gates: &gates, witnesses: &[], records: &[], first: None, made: Made::All };
+        let gates = gates();
+        let setting = without_records(&gates);
         assert_eq!([witnesses(&setting), records("records", Asked::Core, &setting)].map(|findings| findings.len()), [1, 1]);
     }
 
     #[test]
     fn nothing_is_wrong_with_derivatives_by_everything() {
-        let gates = Gates::from_toml(include_str!("../../../../data/gates.toml")).unwrap();
-        let setting = Setting { gates: &gates, witnesses: &[], records: &[], first: None, made: Made::All };
+        let gates = gates();
+        let setting = without_records(&gates);
         assert_eq!(motions_of_all(&setting), Vec::<String>::new());
     }
 
     #[test]
     fn nothing_is_wrong_with_shards_canaries_trees_derivatives_and_other_entries() {
-        let gates = Gates::from_toml(include_str!("../../../../data/gates.toml")).unwrap();
-        let setting = Setting { gates: &gates, witnesses: &[], records: &[], first: None, made: Made::All };
+        let gates = gates();
+        let setting = without_records(&gates);
         for check in [merge, canaries, trees, second_derivatives, other_entries] {
             assert_eq!(check(&setting), Vec::<String>::new());
         }

@@ -35,10 +35,10 @@ fn functions() -> Told {
             integrate_function(&receiver, &polygon, &emission, 1e-8, 200_000)
         });
         for estimate in [alone?, both?] {
-            let off = [(estimate.radiosity - truth.radiosity).abs(), (estimate.gradient - truth.gradient).length()];
+            let error = [(estimate.radiosity - truth.radiosity).abs(), (estimate.gradient - truth.gradient).length()];
             let room = [estimate.radiosity_error + truth.radiosity_error, estimate.gradient_error + truth.gradient_error];
-            if estimate.status != Status::Converged || !(off[0] <= room[0] && off[1] <= room[1]) {
-                findings.push(format!("a function is off by {off:?}, estimated to {room:?}: {:?}", estimate.status));
+            if estimate.status != Status::Converged || !(error[0] <= room[0] && error[1] <= room[1]) {
+                findings.push(format!("a function is off by {error:?}, estimated to {room:?}: {:?}", estimate.status));
             }
         }
         let contradicted = contradicted?.status;
@@ -70,9 +70,9 @@ fn rectangles() -> Told {
             // The radiosity 1 of both, chosen, takes an emission of 1 - rho E.
             let chosen = mirrors.manufactured(which, at, |_, _| 1.0);
             let rho = mirrors.reflectance[which];
-            let off = [dx - truth.gradient.x, dy - truth.gradient.y, chosen - (1.0 - rho * truth.radiosity / b)];
-            if !off.iter().all(|off| off.abs() <= 1e-9) {
-                findings.push(format!("rectangles {gap} apart: slopes and emission are off by {off:?}"));
+            let error = [dx - truth.gradient.x, dy - truth.gradient.y, chosen - (1.0 - rho * truth.radiosity / b)];
+            if !error.iter().all(|error| error.abs() <= 1e-9) {
+                findings.push(format!("rectangles {gap} apart: slopes and emission are off by {error:?}"));
             }
         }
     }

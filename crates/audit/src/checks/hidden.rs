@@ -8,6 +8,7 @@ use radgrad_scene::{Beam, FactorSettings, FormFactors, Occluders, Scene, probes}
 use crate::cases::sampler::Sampler;
 use crate::checks::exchanges::moved;
 use crate::checks::screens::of_faces;
+use crate::scenes::draw;
 
 /// Polygons of a drawn scene.
 const POLYGONS: usize = 14;
@@ -258,8 +259,7 @@ fn city(index: u64) -> Result<Scene, String> {
 }
 
 fn quad(corner: [f64; 3], u: [f64; 3], v: [f64; 3]) -> Vec<DVec3> {
-    let [corner, u, v] = [corner, u, v].map(DVec3::from);
-    vec![corner, corner + u, corner + u + v, corner + v]
+    draw::quad(corner.into(), u.into(), v.into())
 }
 
 /// Segments between two faces.

@@ -12,6 +12,7 @@ use radgrad_scene::{Counted, FactorMatrix, FactorSettings, FormFactors, RayFacto
 
 use crate::cases::sampler::Sampler;
 use crate::measures::measure::is_worse;
+use crate::scenes::pieces::scene_of;
 use model::Model;
 
 /// The relative difference of factors whose multipliers are found in two ways, each until rows close to 1e-9.
@@ -61,14 +62,7 @@ fn room(index: u64) -> Result<Scene, String> {
     faces.push([(0.3, 0.2), (0.6, 0.3), (0.4, 0.7)].map(|(x, y)| DVec3::new(x, y, 0.4)).to_vec());
     let pentagon = [(0.3, 0.3), (0.6, 0.2), (0.8, 0.5), (0.5, 0.8), (0.25, 0.6)];
     faces.push(pentagon.map(|(x, y)| DVec3::new(x, y, 1.8 + 0.2 * y)).into_iter().rev().collect());
-    let said = |error: radgrad_scene::Error| error.to_string();
-    let mut scene = Scene::new(["grey"]).map_err(said)?;
-    let (grey, surface) = (scene.add_material("grey", [0.5], [0.0]).map_err(said)?, scene.add_surface("all"));
-    for corners in faces {
-        let polygon = Polygon::new(corners).map_err(|error| error.to_string())?;
-        scene.add_face(surface, grey, polygon, None).map_err(said)?;
-    }
-    Ok(scene)
+    scene_of(faces)
 }
 
 /// A scene with the counts of its rays.
@@ -245,7 +239,7 @@ fn read_back(factors: &RayFactors) -> Vec<String> {
     findings
 }
 
-/// A few rays: then the limits of what no ray met are those of both ways.
+/// A few rays a face: an unseen factor then has the upper limit of both directions together.
 fn rare(asked: &Counts<'_>) -> Result<Vec<String>, String> {
     let said = |error: radgrad_scene::Error| error.to_string();
     let mut findings = Vec::new();

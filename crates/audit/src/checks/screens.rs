@@ -9,6 +9,7 @@ use radgrad_scene::{Factor, FactorSettings, FormFactors, Scene, gauss_legendre, 
 use crate::cases::sampler::Sampler;
 use crate::checks::exchanges::moved;
 use crate::measures::measure::is_worse;
+use crate::scenes::draw::quad;
 
 /// Pairs of cells that brackets may take: each of them is proven.
 const EFFORTS: [usize; 4] = [1, 6, 30, 150];
@@ -21,10 +22,6 @@ const KINDS: u64 = 10;
 struct Drawn {
     faces: [Vec<DVec3>; 2],
     screens: Vec<Vec<DVec3>>,
-}
-
-fn quad(corner: DVec3, u: DVec3, v: DVec3) -> Vec<DVec3> {
-    vec![corner, corner + u, corner + u + v, corner + v]
 }
 
 impl Drawn {

@@ -26,7 +26,7 @@ const ERRORS: [f64; 3] = [0.05, 0.005, 0.0005];
 const ROUGH: f64 = 0.5;
 
 /// Corners of a parallelogram, seen counter-clockwise from the side of `u x v`.
-fn quad(origin: DVec3, u: DVec3, v: DVec3) -> Vec<DVec3> {
+pub(crate) fn quad(origin: DVec3, u: DVec3, v: DVec3) -> Vec<DVec3> {
     vec![origin, origin + u, origin + u + v, origin + v]
 }
 
@@ -35,7 +35,7 @@ fn reversed(corners: &[DVec3]) -> Vec<DVec3> {
 }
 
 /// The faces of a box, seen from inside or from outside: below, above, then y = low, high, x = low, high.
-fn cuboid(low: DVec3, high: DVec3, inside: bool) -> Vec<Vec<DVec3>> {
+pub(super) fn cuboid(low: DVec3, high: DVec3, inside: bool) -> Vec<Vec<DVec3>> {
     let corner = |i: usize| {
         let pick = |bit: usize, l: f64, h: f64| if i >> bit & 1 == 1 { h } else { l };
         DVec3::new(pick(0, low.x, high.x), pick(1, low.y, high.y), pick(2, low.z, high.z))

@@ -1,4 +1,4 @@
-//! Rooms of which the light is known without an oracle: even ones, ones that differ in words alone, and two squares face to face.
+//! Rooms whose light has a closed form: even light, the same materials by values and by textures, and two squares face to face.
 
 use std::f64::consts::PI;
 
@@ -8,20 +8,19 @@ use radgrad_core::Polygon;
 use radgrad_scene::{Quantity, Scene, Texture};
 use radgrad_solver::{Options, Solution, solve};
 
+use super::draw::cuboid;
 use crate::cases::sampler::Sampler;
 use crate::measures::measure::is_worse;
 
 type Wrong = Result<Vec<String>, String>;
 
 /// A quadrilateral, its reflectance and the radiosity that it emits.
-type Wall = ([DVec3; 4], f64, f64);
+type Wall = (Vec<DVec3>, f64, f64);
 
-const INSIDE: [[usize; 4]; 6] = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]];
-
-/// A box of a size from inside.
-fn walls(size: DVec3) -> [[DVec3; 4]; 6] {
-    let corner = |k: usize| size * DVec3::new((k & 1) as f64, (k >> 1 & 1) as f64, (k >> 2) as f64);
-    INSIDE.map(|wall| wall.map(corner))
+/// A box of a size from inside: its floor, its ceiling and its sides.
+fn walls(size: DVec3) -> [Vec<DVec3>; 6] {
+    let mut walls = cuboid(DVec3::ZERO, size, true).into_iter();
+    std::array::from_fn(|_| walls.next().unwrap_or_default())
 }
 
 /// The scene of these walls, its values by materials or by textures of one texel.
@@ -32,7 +31,7 @@ fn scene(walls: &[Wall], is_textured: bool) -> Result<Scene, Box<dyn std::error:
         let [rho, radiance] = if is_textured { given.map(|value| if value > 0.0 { 1.0 } else { 0.0 }) } else { given };
         let material = scene.add_material(index.to_string(), [rho], [radiance])?;
         let surface = scene.add_surface(index.to_string());
-        let polygon = Polygon::new(corners.to_vec())?;
+        let polygon = Polygon::new(corners.clone())?;
         if is_textured {
             for quantity in Quantity::ALL {
                 scene.set_texture(material, quantity, Texture::new("even", [1, 1], 1, vec![given[quantity as usize]])?)?;
@@ -80,14 +79,15 @@ fn even(index: u64) -> Wrong {
     Ok(findings)
 }
 
-/// A room with a lamp: its surfaces make up the mean, what they do not reflect they emit, and what is black reflects nothing.
+/// A room with a lamp: the surfaces have the mean of the scene, each emits its radiosity less the reflected part, and a black one reflects nothing.
 fn surfaces(index: u64) -> Wrong {
     let s = &mut Sampler::new(72, "surfaces", index);
     let size = DVec3::new(s.between(0.5, 2.0), 1.0, s.between(0.5, 2.0));
     let mut room: Vec<Wall> = walls(size).map(|corners| (corners, s.between(0.1, 0.9), 0.0)).to_vec();
     room[s.below(6) as usize].1 = 0.0;
     let [_, ceiling, ..] = walls(size);
-    room.push((ceiling.map(|p| size * DVec3::new(0.4, 0.4, 0.05) + p * DVec3::new(0.2, 0.2, 0.9)), 0.3, s.between(1.0, 4.0)));
+    let panel = ceiling.into_iter().map(|p| size * DVec3::new(0.4, 0.4, 0.05) + p * DVec3::new(0.2, 0.2, 0.9)).collect();
+    room.push((panel, 0.3, s.between(1.0, 4.0)));
     let options = Options { error: 0.02, first_elements: 6, most_elements: 60, ..Options::default() };
     let mut findings = Vec::new();
     let mut means = Vec::new();
@@ -118,9 +118,10 @@ fn surfaces(index: u64) -> Wrong {
 /// equation, to 15 digits).
 const FACING: [([f64; 2], f64); 2] = [([0.5, 0.5], 1.133_303_564_992_420_8), ([0.0, 0.0], 1.076_981_393_145_044_5)];
 
-/// Gathers of rough solutions: within twice their estimates of what is known, and nearer to it than the polynomials that they gather.
+/// Gathers of rough solutions: their errors are within twice the estimates, and below those of the polynomials that they gather.
 fn gathered(degree: usize) -> Wrong {
-    let faces = [0, 1].map(|wall| (walls(DVec3::ONE)[wall], 0.5, 1.0));
+    let [floor, ceiling, ..] = walls(DVec3::ONE);
+    let faces = [floor, ceiling].map(|wall| (wall, 0.5, 1.0));
     let mut findings = Vec::new();
     for elements in [1, 8] {
         let options =

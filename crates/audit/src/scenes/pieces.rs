@@ -58,7 +58,8 @@ fn within(shape: Shape, s: &mut Sampler) -> [f64; 2] {
     if shape == Shape::Triangle && a + b > 1.0 { [1.0 - a, 1.0 - b] } else { [a, b] }
 }
 
-fn scene_of(faces: Vec<Vec<DVec3>>) -> Result<Scene, String> {
+/// A scene of faces that are one surface.
+pub(crate) fn scene_of(faces: Vec<Vec<DVec3>>) -> Result<Scene, String> {
     let said = |error: radgrad_scene::Error| error.to_string();
     let mut scene = Scene::new(["grey"]).map_err(said)?;
     let (grey, surface) = (scene.add_material("grey", [0.5], [0.0]).map_err(said)?, scene.add_surface("all"));

@@ -38,8 +38,8 @@ impl Rows<'_> {
                 (next, end) = (face + 1, end + faces.len());
                 Ok(())
             })?;
-            let all = whole(end)?.to_le_bytes();
-            (next..=self.faces).try_for_each(|_| out.write(&all))
+            let total = whole(end)?.to_le_bytes();
+            (next..=self.faces).try_for_each(|_| out.write(&total))
         })?;
         let length = format!("({},)", self.numbers);
         zip.array("indices.npy", "<i4", &length, 4 * self.numbers, |out| {
@@ -92,12 +92,12 @@ impl<W: Write> Zip<W> {
     fn array(
         &mut self,
         name: &'static str,
-        of: &str,
+        kind: &str,
         shape: &str,
         bytes: usize,
         data: impl FnOnce(&mut Self) -> io::Result<()>,
     ) -> io::Result<()> {
-        let mut header = format!("{{'descr': '{of}', 'fortran_order': False, 'shape': {shape}, }}");
+        let mut header = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': {shape}, }}");
         // With ten bytes before it and the end of its line a multiple of 64.
         let padding = 63 - (header.len() + 10) % 64;
         header.extend(std::iter::repeat_n(' ', padding).chain(['\n']));
@@ -166,20 +166,20 @@ mod tests {
         let rows = Rows { faces: 5, numbers: 3, open: vec![1.0; 5], each: &each };
         let mut bytes = Vec::new();
         rows.write(&mut bytes).unwrap();
-        let all = |name: &str| {
+        let array = |name: &str| {
             let at = bytes.windows(name.len()).position(|window| window == name.as_bytes()).unwrap();
             let start = at + bytes[at..].iter().position(|byte| *byte == b'\n').unwrap() + 1;
             assert_eq!((start - (at + name.len() + 20)) % 64, 0, "{name}");
             &bytes[start..]
         };
         let whole = |name: &str, count: usize| {
-            let numbers = all(name).chunks_exact(8).take(count).map(|number| i64::from_le_bytes(number.try_into().unwrap()));
+            let numbers = array(name).chunks_exact(8).take(count).map(|number| i64::from_le_bytes(number.try_into().unwrap()));
             numbers.collect::<Vec<_>>()
         };
         assert_eq!(whole("indptr.npy", 6), [0, 0, 1, 1, 3, 3]);
         assert_eq!(whole("shape.npy", 2), [5, 5]);
-        assert_eq!(all("indices.npy")[..12], [3, 0, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0]);
-        assert_eq!(all("data.npy")[8..16], 0.5_f64.to_le_bytes());
+        assert_eq!(array("indices.npy")[..12], [3, 0, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0]);
+        assert_eq!(array("data.npy")[8..16], 0.5_f64.to_le_bytes());
         // The directory begins where its end says.
         let end = u64::from_le_bytes(bytes[bytes.len() - 50..bytes.len() - 42].try_into().unwrap());
         assert_eq!(bytes[usize::try_from(end).unwrap()..][..4], *b"PK\x01\x02");

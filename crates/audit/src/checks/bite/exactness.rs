@@ -44,25 +44,25 @@ fn big(value: f64) -> Big {
 fn heights(sampler: &mut Sampler) -> Vec<String> {
     let [of_normal, of_points] = [(); 2].map(|()| EXPONENTS[sampler.below(6) as usize]);
     let (n, origin) = (point(sampler, of_normal), point(sampler, of_points));
-    let mut at = if sampler.one_in(3) { origin } else { point(sampler, of_points) };
+    let mut target = if sampler.one_in(3) { origin } else { point(sampler, of_points) };
     // Across the normal the height is 0.
     if sampler.one_in(3) {
-        at = origin + n.cross(DVec3::from([1.0, -2.0, 3.0])) * normalising_power(n.abs().max_element());
+        target = origin + n.cross(DVec3::from([1.0, -2.0, 3.0])) * normalising_power(n.abs().max_element());
     }
-    let reach = (at - origin).abs().max_element();
+    let reach = (target - origin).abs().max_element();
     if !(reach.is_finite() && n.abs().max_element() > 0.0) {
         return Vec::new();
     }
     let [power_of_n, power] = [n.abs().max_element(), reach].map(normalising_power);
-    let said = height((n, power_of_n), at, origin, power);
-    let ([a, b, c], [p, q, r], [u, v, w]) = (n.to_array(), at.to_array(), origin.to_array());
+    let said = height((n, power_of_n), target, origin, power);
+    let ([a, b, c], [p, q, r], [u, v, w]) = (n.to_array(), target.to_array(), origin.to_array());
     let terms = [(a, p, u), (b, q, v), (c, r, w)].map(|(n, p, o)| big(n) * (big(p) - big(o)));
     let truth = (terms[0] + terms[1] + terms[2]).scaled(power_of_n).scaled(power);
     let error = (truth - Big::from_double_double(said)).size();
     let room = truth.size() * (3.0 * ROUNDOFF_OF_DOUBLE_DOUBLE) + Magnitude::from(f64::MIN_POSITIVE);
     let is_zero = truth.size() == Magnitude::from(0.0);
     let has_sign = if is_zero { said == DoubleDouble::ZERO } else { said.hi != 0.0 && said.hi.signum() == truth.high().signum() };
-    let told = || format!("{n:?} times the way from {origin:?} to {at:?} is {said:?}, off by {:e}", error.to_double());
+    let told = || format!("{n:?} times the way from {origin:?} to {target:?} is {said:?}, off by {:e}", error.to_double());
     if error <= room && has_sign { Vec::new() } else { vec![told()] }
 }
 
@@ -101,7 +101,7 @@ fn angles(sampler: &mut Sampler) -> Vec<String> {
     let exponents: &[i32] = [&[-1070, -1060, -1022][..], &[1019, 1020], &[-1060, 0], &[-3, 0]][sampler.below(4) as usize];
     let [y, x] = [(); 2].map(|()| number(sampler, exponents));
     let (said, truth) = (arc_tangent::atan2(y, x), libm::atan2(y, x));
-    // Two ulps of either, and what is lost below the normal range.
+    // Two ulps of either, and the underflow below the normal range.
     let is_near = (said - truth).abs() <= 4.0 * f64::EPSILON * truth.abs() + 4.0 * f64::from_bits(1);
     if is_near { Vec::new() } else { vec![format!("the angle of ({x:e}, {y:e}) is {said}, not {truth}")] }
 }
@@ -125,7 +125,7 @@ fn decimals(sampler: &mut Sampler) -> Vec<String> {
     findings
 }
 
-/// Magnitudes, which are doubles with another exponent, and what is computed from them.
+/// Magnitudes, which are doubles with an exponent of their own, and operations on them.
 fn magnitudes(sampler: &mut Sampler) -> Vec<String> {
     let [a, b] = [(); 2].map(|()| sampler.spread(-40, 40) * sampler.between(1.0, 2.0));
     let (p, q, shift) = (Magnitude::from(a), Magnitude::from(b), Magnitude::power_of_two(sampler.integer(-9000, 9000)));

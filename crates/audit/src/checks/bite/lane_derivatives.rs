@@ -3,6 +3,7 @@
 
 use glam::DVec3;
 use radgrad_core::{Derivative, Derivatives, Emission, Emitter, Error, Polygon, Receiver, derivatives};
+use radgrad_scene::largest;
 
 use crate::cases::sampler::Sampler;
 use crate::measures::measure::is_worse;
@@ -46,14 +47,14 @@ fn wrong(index: u64) -> Result<Vec<String>, Error> {
     let [on_lanes, one_by_one] = [1.0, 1e-15].map(|tolerance| derivatives(&receiver, &emitter, none, tolerance));
     let mut findings = Vec::new();
     for (kind, (of_lanes, others)) in kinds(&on_lanes?).into_iter().zip(kinds(&one_by_one?)).enumerate() {
-        let largest = others.iter().map(|other| other.value.length()).fold(0.0, f64::max);
+        let size = others.iter().map(|other| other.value.length()).fold(0.0, largest);
         for (k, (one, other)) in of_lanes.iter().zip(&others).enumerate() {
             let (off, room) = ((one.value - other.value).length(), one.error + other.error);
-            if is_worse(off, room * (1.0 + 1e-12) + f64::EPSILON * 1e-3 * largest) {
+            if is_worse(off, room * (1.0 + 1e-12) + f64::EPSILON * 1e-3 * size) {
                 findings.push(format!("derivative {k} of kind {kind}: off by {off:e}, known to {room:e}: {one:?} and {other:?}"));
             }
-            if is_worse(one.error, DIGITS * largest) {
-                findings.push(format!("derivative {k} of kind {kind} is known to {:e} of {largest:e}", one.error));
+            if is_worse(one.error, DIGITS * size) {
+                findings.push(format!("derivative {k} of kind {kind} is known to {:e} of {size:e}", one.error));
             }
         }
     }

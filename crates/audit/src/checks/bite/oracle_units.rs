@@ -10,6 +10,7 @@ use radgrad_oracle::monte_carlo::{self, Sampling, Sequence};
 use radgrad_oracle::scene::known::{FacingRectangles, furnace_emission};
 use radgrad_oracle::scene::{Effort, Face, Kind, Known, Point, Scene};
 use radgrad_oracle::{Arithmetic, Interval, Request, Source, enclose_source};
+use radgrad_scene::smallest;
 
 use crate::cases::sampler::Sampler;
 use crate::measures::measure::is_worse;
@@ -138,7 +139,7 @@ fn room([length, light]: [f64; 2]) -> Result<Vec<Face>, radgrad_core::Error> {
     faces.into_iter().map(face).collect()
 }
 
-/// Rays from a face, and the confidence of what they say.
+/// Rays from a face, and the confidence of their intervals.
 const RAYS: u32 = 500;
 const CONFIDENCE: f64 = 0.999;
 
@@ -151,15 +152,15 @@ fn rooms(sampler: &mut Sampler) -> Told {
         let scene = Scene::new(room([length, light])?)?;
         let points = [(0, DVec3::new(-1.0, 1.5, 3.0)), (6, DVec3::new(0.5, 1.5, 3.125))];
         let points = points.map(|(face, position)| Point { face, position: position * length });
-        let mut known = Vec::new();
+        let mut sums = Vec::new();
         for kind in [Kind::Particles, Kind::NextEvent, Kind::Plain] {
             let truth = scene.truth_of_kind(&points, &effort, kind)?;
-            known.push((1.0 - truth.emitted / light, truth.reflected));
-            known.extend(truth.points.into_iter().map(|point| (1.0, point)));
+            sums.push((1.0 - truth.emitted / light, truth.reflected));
+            sums.extend(truth.points.into_iter().map(|point| (1.0, point)));
         }
         let chosen = scene.truth(&points, &effort)?.reflected.interval.width();
         let sights = scene.sights(7, RAYS, seed, CONFIDENCE)?;
-        Ok::<_, Box<dyn std::error::Error>>((known, sights, chosen))
+        Ok::<_, Box<dyn std::error::Error>>((sums, sights, chosen))
     };
     let (known, sights, chosen) = said(1.0, 1.0)?;
     for (k, (truth, known)) in known.iter().enumerate() {
@@ -169,7 +170,7 @@ fn rooms(sampler: &mut Sampler) -> Told {
         }
     }
     let of_means = known.iter().step_by(3).map(|(_, known)| known.interval.width());
-    let least = of_means.fold(f64::INFINITY, f64::min);
+    let least = of_means.fold(f64::INFINITY, smallest);
     if is_worse(chosen, 2.0 * least) {
         findings.push(format!("the kind of walks that is chosen has an interval of {chosen}, another of {least}"));
     }

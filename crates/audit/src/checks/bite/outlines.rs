@@ -3,6 +3,7 @@
 
 use glam::DVec3;
 use radgrad_core::{Error, Polygon};
+use radgrad_scene::{largest, smallest};
 
 use crate::cases::sampler::Sampler;
 
@@ -12,7 +13,7 @@ fn turn([a, b, c]: [Corner; 3]) -> i64 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }
 
-/// Whether a point in line with two others is one of them or between them.
+/// Whether a point on the line through two others is on the segment between them.
 fn is_between([a, b]: [Corner; 2], p: Corner) -> bool {
     (0..2).all(|k| a[k].min(b[k]) <= p[k] && p[k] <= a[k].max(b[k]))
 }
@@ -49,7 +50,7 @@ const PLANES: [[[f64; 3]; 2]; 7] = [
     [[2.0, 1.0, -1.0], [1.0, -1.0, 4.0]],
 ];
 
-/// What is wrong with the answer about a drawn outline.
+/// Contradictions of the answer for a drawn outline.
 fn wrong(sampler: &mut Sampler) -> Vec<String> {
     let count = 3 + sampler.below(5) as usize;
     let outline: Vec<Corner> = (0..count).map(|_| [sampler.integer(0, 4), sampler.integer(0, 4)]).collect();
@@ -75,9 +76,9 @@ fn wrong(sampler: &mut Sampler) -> Vec<String> {
             let side = (normal * twice as f64).normalize();
             let coordinates = |axis: usize| vertices.iter().map(move |v| v.to_array()[axis]);
             let extent = |axis: usize| {
-                coordinates(axis).fold(f64::NEG_INFINITY, f64::max) - coordinates(axis).fold(f64::INFINITY, f64::min)
+                coordinates(axis).fold(f64::NEG_INFINITY, largest) - coordinates(axis).fold(f64::INFINITY, smallest)
             };
-            let size = [0, 1, 2].map(extent).into_iter().fold(0.0, f64::max);
+            let size = [0, 1, 2].map(extent).into_iter().fold(0.0, largest);
             repeated.is_none()
                 && twice != 0
                 && !crossing

@@ -1,8 +1,8 @@
 //! Polygons that are flat but for the rounding of their coordinates, and polygons that turn inward, against the triangles of which they can
 //! be made: an answer holds for each surface through the vertices, and with its bound for one made of triangles along either diagonal.
 //!
-//! A triangle is flat and convex, so that none of what an answer does for other polygons is in what it is compared with. And no bound is
-//! far beyond what the rounding of coordinates explains.
+//! Triangles are flat and convex, so that the reference shares no code for other polygons. Bounds are held from above too, by the rounding of
+//! the coordinates.
 
 use glam::DVec3;
 use radgrad_core::{Answer, Emission, Emitter, Error, Method, Polygon, Receiver, evaluate_to};
@@ -34,8 +34,8 @@ const PLACES: [Place; 7] =
     [Place::Absent, Place::Between, Place::OnEdge, Place::OnCorner, Place::Through, Place::Beyond, Place::EdgeOn];
 
 impl Place {
-    /// The most that a bound is, over the light and the share of the size by which coordinates are off: in an occluder's plane it is as
-    /// uncertain as can be what is hidden.
+    /// The largest bound allowed, over the light and the relative rounding of coordinates: in an occluder's plane the hidden part may be
+    /// anything.
     const fn most(self) -> f64 {
         match self {
             Self::EdgeOn => f64::INFINITY,
@@ -45,7 +45,7 @@ impl Place {
     }
 }
 
-/// What is drawn: a receiver, and outlines of the emitter and of an occluder.
+/// A drawn receiver, with outlines of the emitter and of an occluder.
 struct Drawn {
     receiver: Receiver,
     emitter: Vec<DVec3>,
@@ -89,8 +89,8 @@ fn drawn(sampler: &mut Sampler) -> Option<Drawn> {
         Place::Absent => Vec::new(),
         Place::Between => {
             let size = sampler.between(0.1, 0.4);
-            let at = target + (x - target) * sampler.between(0.3, 0.8);
-            outline(sampler, at, axes.map(|axis| axis * size), occluder_turns_in).map(rounded).to_vec()
+            let place = target + (x - target) * sampler.between(0.3, 0.8);
+            outline(sampler, place, axes.map(|axis| axis * size), occluder_turns_in).map(rounded).to_vec()
         }
         Place::OnEdge => vec![a, b, rounded(b + rise * 1.3 + (b - a) * 0.1), rounded(a + rise)],
         Place::OnCorner => vec![a, rounded(a + rise + aside), rounded(a + rise * 2.0), rounded(a + rise - aside)],
@@ -106,10 +106,10 @@ fn drawn(sampler: &mut Sampler) -> Option<Drawn> {
             [foot - along - rise, foot + along - rise, foot + along + rise, foot - along + rise].map(rounded).to_vec()
         }
         Place::EdgeOn => {
-            let at = target + (x - target) * sampler.between(0.3, 0.7);
+            let place = target + (x - target) * sampler.between(0.3, 0.7);
             let tilt = normal * (sampler.sign() * precision * sampler.between(0.0, 8.0));
             let way = (x - target) * 0.1;
-            [at - way - aside, at - way + aside, at + way + aside + tilt, at + way - aside].map(rounded).to_vec()
+            [place - way - aside, place - way + aside, place + way + aside + tilt, place + way - aside].map(rounded).to_vec()
         }
     };
     let facing = target - x + sampler.cube() * (0.3 * distance);
@@ -130,7 +130,7 @@ fn answer(receiver: &Receiver, emitter: Polygon, occluders: &[Polygon], toleranc
     evaluate_to(receiver, &Emitter::new(emitter, Emission::Constant(1.0))?, occluders, tolerance)
 }
 
-/// Contradictions to an occluder that is made of triangles with these corners, and the bound over what is explained.
+/// Contradictions to an occluder that is made of triangles with these corners, and the bound over the one allowed.
 fn compared(drawn: &Drawn, triangulated: &[DVec3]) -> Result<(Vec<String>, f64), Error> {
     let Drawn { receiver, emitter, occluder, precision, place } = drawn;
     let whole = |outline: &[DVec3]| Polygon::from_rounded(outline.to_vec(), *precision);
@@ -169,8 +169,8 @@ fn compared(drawn: &Drawn, triangulated: &[DVec3]) -> Result<(Vec<String>, f64),
     Ok((findings, most))
 }
 
-/// Contradictions by a receiver on a surface that is not flat, within its outline or beyond, to what it would see from just in front and just
-/// behind: now and then it is all but level with a corner along an axis.
+/// Contradictions between a receiver on a surface that is not flat, within its outline or beyond, and receivers just in front of and just
+/// behind it: now and then it is all but level with a corner along an axis.
 fn on_surface(sampler: &mut Sampler) -> Result<Vec<String>, Error> {
     let precision = sampler.spread(-46, -40);
     let rounded = |v: DVec3| (v / precision).round() * precision;
@@ -179,24 +179,24 @@ fn on_surface(sampler: &mut Sampler) -> Result<Vec<String>, Error> {
     let axes = [across, normal.cross(across)];
     let (middle, turns_in) = (sampler.cube() * 2.0, sampler.one_in(3));
     let corners = outline(sampler, middle, axes, turns_in).map(rounded);
-    let mut at = corners[0] + axes[0] * sampler.between(-2.0, 3.0) + axes[1] * sampler.between(-1.5, 1.5);
+    let mut place = corners[0] + axes[0] * sampler.between(-2.0, 3.0) + axes[1] * sampler.between(-1.5, 1.5);
     let (axis, corner) = (sampler.below(3) as usize, corners[sampler.below(4) as usize]);
     let along = axes.iter().max_by(|a, b| a[axis].abs().total_cmp(&b[axis].abs())).copied().unwrap_or(normal);
     if sampler.one_in(2) {
-        at += along * ((corner[axis] - at[axis] + sampler.sign() * sampler.spread(-40, -28)) / along[axis]);
+        place += along * ((corner[axis] - place[axis] + sampler.sign() * sampler.spread(-40, -28)) / along[axis]);
     }
     let facing = sampler.direction();
     let whole = Polygon::from_rounded(corners.to_vec(), precision)?;
     // As high as the highest vertex, and as low as the lowest one can be.
     let (defect, up) = (whole.planarity_defect(), whole.normal());
-    let height = up.dot(at - corners[0]);
-    let said = answer(&Receiver::new(at, facing, 1.0)?, whole, &[], 1.0)?;
+    let height = up.dot(place - corners[0]);
+    let said = answer(&Receiver::new(place, facing, 1.0)?, whole, &[], 1.0)?;
     let mut findings = Vec::new();
     if said.method != Method::OnSurface {
         return Ok(findings);
     }
     for step in [-defect, defect] {
-        let receiver = Receiver::new(at + up * (step - height), facing, 1.0)?;
+        let receiver = Receiver::new(place + up * (step - height), facing, 1.0)?;
         let (mut value, mut room) = (0.0, said.radiosity_error);
         for half in halves(&corners, 0)? {
             let part = answer(&receiver, half, &[], 1e-6)?;

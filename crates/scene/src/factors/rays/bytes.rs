@@ -110,11 +110,11 @@ impl Counted {
     /// If they are not such bytes.
     pub fn from_bytes(bytes: &[u8]) -> Result<Vec<Self>, Error> {
         let wrong = || Error::expected("rows of counted rays", format!("{} bytes that are none", bytes.len()));
-        let mut left = Bytes(bytes);
-        left.take(BEGIN_ROWS.len()).filter(|begin| begin == BEGIN_ROWS).ok_or_else(wrong)?;
+        let mut unread = Bytes(bytes);
+        unread.take(BEGIN_ROWS.len()).filter(|begin| begin == BEGIN_ROWS).ok_or_else(wrong)?;
         let mut rows = Vec::new();
-        while !left.0.is_empty() {
-            rows.push(Self::read(&mut left).ok_or_else(wrong)?);
+        while !unread.0.is_empty() {
+            rows.push(Self::read(&mut unread).ok_or_else(wrong)?);
         }
         Ok(rows)
     }
