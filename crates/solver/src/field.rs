@@ -5,6 +5,7 @@
 //! radiosity, and a bound on the difference between the leaves' radiosity and the element's polynomial.
 
 use radgrad_scene::{largest, smallest};
+use rayon::prelude::*;
 pub(crate) mod acceleration;
 pub(crate) mod gathering;
 
@@ -143,11 +144,13 @@ impl Field {
 
     /// Sums the powers of clusters anew.
     pub(crate) fn pool(&mut self, mesh: &Mesh) {
-        for channel in 0..self.channels {
-            let power = |element: usize| mesh.elements()[element].area() * self.coefficients(element, channel)[0];
+        let Self { coefficients, glows, channels, .. } = self;
+        glows.par_iter_mut().enumerate().for_each(|(channel, glows)| {
+            let mean = |of_element: &[f64]| of_element[channel * (of_element.len() / *channels)];
+            let power = |element: usize| mesh.elements()[element].area() * mean(&coefficients[element]);
             let powers = mesh.clusters().pull(power, |a, b| a + b);
-            self.glows[channel].iter_mut().zip(powers).for_each(|(glow, power)| glow.power = power);
-        }
+            glows.iter_mut().zip(powers).for_each(|(glow, power)| glow.power = power);
+        });
     }
 
     /// The light that an element sends out.

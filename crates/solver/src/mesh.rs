@@ -273,8 +273,7 @@ impl Mesh {
 
     /// The face that a ray meets first, of faces but for one, and where; nothing if it meets that from behind.
     pub(crate) fn front_met(&self, from: DVec3, toward: DVec3, leave_out: Option<usize>) -> Option<(usize, DVec3)> {
-        let met = self.index.first_along(from, toward, leave_out.as_slice());
-        met.filter(|(face, _)| self.polygons[*face].normal().dot(toward) < 0.0)
+        self.index.first_front_along(from, toward, leave_out.as_slice())
     }
 
     /// The cluster of the one element that a ray meets first, of faces but for one; nothing if it meets that from behind.

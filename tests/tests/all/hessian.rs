@@ -63,7 +63,7 @@ fn every_family_meets_every_tolerance_and_keeps_its_bound() {
     for family in Family::ALL {
         let (mut worst, mut untold) = (0.0_f64, 0);
         let mut rungs = BTreeMap::new();
-        for (index, scene) in cases(family, 40) {
+        for (index, scene) in cases(family, 24) {
             let gradient = by_closed_form(&scene, 80);
             let [truth, coarse] = [1e-20, 1e-19].map(|part| scene.hessian(part, &gradient));
             if truth.distance_to(&coarse) > 1e-30 * truth.norm() {
@@ -77,7 +77,7 @@ fn every_family_meets_every_tolerance_and_keeps_its_bound() {
             *rungs.entry(answer.method.name()).or_insert(0) += 1;
         }
         println!("{family:16} worst {worst:.1e}, {rungs:?}, {untold} not told");
-        assert!(untold <= 15, "{family}: {untold}");
+        assert!(untold <= 9, "{family}: {untold}");
         assert!(worst < 1e-13, "{family}: {worst:e}");
     }
 }
@@ -125,7 +125,7 @@ fn screened(index: u64) -> Seen {
 fn past_screens_it_is_the_difference_of_gradients_too() {
     let (mut compared, mut hidden, mut open) = (0, 0, 0);
     let mut worst: f64 = 0.0;
-    for index in 0..400 {
+    for index in 0..200 {
         let scene = screened(index);
         let rough = hessian_to(&scene.receiver(DVec3::ZERO), &scene.emitter, &scene.occluders, 1.0).unwrap();
         let free = hessian_to(&scene.receiver(DVec3::ZERO), &scene.emitter, &[], 1.0).unwrap();
@@ -148,7 +148,7 @@ fn past_screens_it_is_the_difference_of_gradients_too() {
         compared += usize::from(truth.distance(&free.matrix) > 1e-6 * truth.norm());
     }
     println!("{compared} partly hidden, {hidden} wholly, {open} open, worst {worst:.1e}");
-    assert!(compared > 150 && worst < 1e-12, "{compared}, {worst:e}");
+    assert!(compared > 75 && worst < 1e-12, "{compared}, {worst:e}");
 }
 
 /// In contact down to 1e-290, over the inside, beside an edge and beside a corner, in scenes of three sizes.

@@ -39,26 +39,22 @@ fn cubic(emitter: &Emitter) -> Emitter {
 #[test]
 fn a_hundred_digits_are_those_of_the_enclosure() {
     let mut compared = 0;
-    for family in Family::ALL {
+    for (turn, family) in Family::ALL.into_iter().enumerate() {
         // A hundred edges take the enclosure a minute, and rounded outlines have no hundred digits; an emission of 1 over subnormal lengths has a
         // gradient beyond a double's range.
-        let emissions = match family {
-            Family::HundredVertices | Family::Single => 0,
-            Family::Subnormal => 1,
-            _ => 3,
-        };
-        for index in 0..emissions {
-            let Ok(problem) = family.case(23, index).problem() else { continue };
-            let emitter = match index {
-                0 => problem.emitter,
-                1 => cubic(&problem.emitter),
-                _ => Emitter::new(problem.emitter.polygon().clone(), Emission::Constant(1.5)).unwrap(),
-            };
-            let answer = compare(&problem.receiver, &emitter, &format!("{family}:23:{index}"));
-            compared += usize::from(answer.radiosity != "0");
+        if matches!(family, Family::HundredVertices | Family::Single) {
+            continue;
         }
+        let Ok(problem) = family.case(23, 0).problem() else { continue };
+        let emitter = match turn % 3 {
+            1 if family != Family::Subnormal => cubic(&problem.emitter),
+            2 if family != Family::Subnormal => Emitter::new(problem.emitter.polygon().clone(), Emission::Constant(1.5)).unwrap(),
+            _ => problem.emitter,
+        };
+        let answer = compare(&problem.receiver, &emitter, &format!("{family}:23:0 {}", turn % 3));
+        compared += usize::from(answer.radiosity != "0");
     }
-    assert!(compared >= 40, "{compared}");
+    assert!(compared >= 20, "{compared}");
 }
 
 #[test]

@@ -136,9 +136,9 @@ impl Rays {
         rays
     }
 
-    /// The first polygon that a ray meets, but for those of `leave_out`, and how many times its direction that is away: of those at one
-    /// distance, up to rounding, one that it meets from the front.
-    pub(super) fn first(&self, from: DVec3, toward: DVec3, leave_out: &[usize]) -> Option<(usize, f64)> {
+    /// Where a ray first meets a polygon, but for those of `leave_out`: of those at one distance, up to rounding, one that it meets from the
+    /// front.
+    pub(super) fn first(&self, from: DVec3, toward: DVec3, leave_out: &[usize]) -> Option<Hit> {
         let ray = Ray::new(from, toward)?;
         let boxes = ray.before_boxes(self.power);
         let mut open: SmallVec<[(Node, f32); OPEN]> = SmallVec::new();
@@ -178,7 +178,7 @@ impl Rays {
                 next = (enters_at <= limit).then_some(node);
             }
         }
-        nearest.first().map(|hit| (hit.polygon as usize, hit.distance))
+        nearest.first().copied()
     }
 
     /// Where a ray goes to the inside of a polygon that may be the first.
@@ -253,12 +253,12 @@ const fn single(number: f64) -> f32 {
 
 /// Where a ray meets a polygon.
 #[derive(Debug, Clone, Copy)]
-struct Hit {
-    polygon: u32,
+pub(super) struct Hit {
+    pub(super) polygon: u32,
     /// How many times its direction the ray goes to the plane, and to polygons that are behind it by no more than rounding.
-    distance: f64,
+    pub(super) distance: f64,
     last: f64,
-    is_front: bool,
+    pub(super) is_front: bool,
 }
 
 /// The nearest polygons that a ray meets from the front and from behind.

@@ -64,7 +64,14 @@ impl Occluders {
     /// ```
     #[must_use]
     pub fn first_along(&self, from: DVec3, toward: DVec3, leave_out: &[usize]) -> Option<(usize, DVec3)> {
-        self.rays.first(from, toward, leave_out).map(|(index, distance)| (index, from + toward * distance))
+        self.rays.first(from, toward, leave_out).map(|hit| (hit.polygon as usize, from + toward * hit.distance))
+    }
+
+    /// The same if the ray meets that polygon from the front, against its normal; nothing if it meets it from behind.
+    #[must_use]
+    pub fn first_front_along(&self, from: DVec3, toward: DVec3, leave_out: &[usize]) -> Option<(usize, DVec3)> {
+        let hit = self.rays.first(from, toward, leave_out).filter(|hit| hit.is_front)?;
+        Some((hit.polygon as usize, from + toward * hit.distance))
     }
 }
 

@@ -170,14 +170,20 @@ impl Clusters {
 
     /// For each cluster the value joined from its elements.
     pub(crate) fn pull<T: Copy>(&self, of_element: impl Fn(usize) -> T, join: impl Fn(T, T) -> T) -> Vec<T> {
-        let mut pulled: Vec<Option<T>> = vec![None; self.all.len()];
-        for (index, cluster) in self.all.iter().enumerate().rev() {
-            pulled[index] = match cluster.parts {
-                Parts::Element(element) => Some(of_element(element)),
-                Parts::Two([a, b]) => pulled[a].zip(pulled[b]).map(|(a, b)| join(a, b)),
+        // The last cluster first: so the parts of each are there before it.
+        let mut pulled: Vec<T> = Vec::with_capacity(self.all.len());
+        for cluster in self.all.iter().rev() {
+            let value = match cluster.parts {
+                Parts::Element(element) => of_element(element),
+                Parts::Two(parts) => {
+                    let [a, b] = parts.map(|part| pulled[self.all.len() - 1 - part]);
+                    join(a, b)
+                }
             };
+            pulled.push(value);
         }
-        pulled.into_iter().flatten().collect()
+        pulled.reverse();
+        pulled
     }
 }
 

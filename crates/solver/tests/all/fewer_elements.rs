@@ -76,7 +76,7 @@ fn uniform_division_needs_three_times_the_elements_of_the_gradient_and_that_twic
     .unwrap();
     let gradient = elements_for(uniform_error, &by_gradient).unwrap();
     let most_elements = (1..2000_usize).take_while(|&count| 2.0 * count as f64 <= gradient).count();
-    let options = Options { error: 0.001, most_elements, marking: Marking::Shadows, ..options };
+    let options = Options { error: 0.002, most_elements, marking: Marking::Shadows, ..options };
     let (shadows, of_shadows) = mesh(&solve(&scene, &options, |_| false).unwrap());
     println!("{uniform_error:.3e} with {even} alike, {gradient:.0} by the gradient; {of_shadows:.3e} with {shadows} along lines");
     assert!(even >= 3.0 * gradient, "{by_gradient:?} against {even} with {uniform_error}");
