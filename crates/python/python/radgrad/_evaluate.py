@@ -206,11 +206,19 @@ class Total(Shown):
         return np.shape(self.radiosity)
 
 
+def _sequence(given: Any, what: str) -> "list[Any]":
+    """As a list, or an error that names it."""
+    try:
+        return list(given)
+    except TypeError:
+        raise TypeError(f"{what} is {type(given).__name__}: expected a list, which may be empty") from None
+
+
 def _listed(emitters: Any) -> "list[Any]":
     """Emitters of a list, or the one."""
     if isinstance(emitters, _radgrad.Emitter):
         return [emitters]
-    listed = list(emitters)
+    listed = _sequence(emitters, "emitters")
     for index, emitter in enumerate(listed):
         if not isinstance(emitter, _radgrad.Emitter):
             raise TypeError(f"emitters[{index}] is {type(emitter).__name__}: expected radgrad.Emitter")
@@ -221,7 +229,7 @@ def _hiding(occluders: Any) -> "list[tuple[Floats, float]]":
     """Occluders as arrays of vertices, each with its precision. Emitters hide too."""
     return [
         (o.vertices, o.precision) if isinstance(o, _radgrad.Emitter) else _outline(o, f"occluders[{index}]")
-        for index, o in enumerate(occluders)
+        for index, o in enumerate(_sequence(occluders, "occluders"))
     ]
 
 
@@ -391,8 +399,8 @@ def digits(
     shape, position, normals, shares = _broadcast(x, normal, reflectance, single=False)
     if shape != ():
         raise ValueError(f"x, normal and reflectance have the shape {shape} together: digits takes one point")
-    if int(digits) != digits or not 1 <= digits <= 1000:
-        raise ValueError(f"digits is {digits}: it must be a whole number from 1 to 1000")
+    if not (isinstance(digits, (int, np.integer)) and 1 <= digits <= 1000):
+        raise ValueError(f"digits is {digits!r}: it must be a whole number from 1 to 1000")
     sums = [Decimal(0)] * 6
     with localcontext() as context:
         # Sums of doubles' decimals are exact in so many digits.
@@ -494,6 +502,9 @@ class EmitterTree:
 
     def __len__(self) -> int:
         return len(self._tree)
+
+    def __repr__(self) -> str:
+        return f"<radgrad.EmitterTree: {len(self)} emitters>"
 
     def __reduce__(self) -> Any:
         return EmitterTree, (self._emitters,)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._derivatives import derivatives
-from ._evaluate import Emitter, _check_outline, _check_rows, _common_shape, _numbers, _precision, evaluate
+from ._evaluate import Emitter, _check_outline, _check_rows, _common_shape, _numbers, _precision, _sequence, evaluate
 
 Floats = NDArray[np.float64]
 
@@ -19,8 +19,8 @@ NAMES = ("x", "normal", "vertices", "emission", "reflectance")
 
 def arrays(arguments: Arguments, occluders: Sequence[Any], is_tensor: Callable[[Any], bool]) -> "List[Any]":
     """Arguments, then occluders: tensors as they are, all else as arrays of numpy in their own precision, or an error that names the one."""
-    names = [*NAMES, *(f"occluders[{index}]" for index in range(len(occluders)))]
-    given = zip([*arguments, *occluders], names)
+    hiding = _sequence(occluders, "occluders")
+    given = zip([*arguments, *hiding], [*NAMES, *(f"occluders[{index}]" for index in range(len(hiding)))])
     return [value if is_tensor(value) else _numbers(value, name, _precision(value)) for value, name in given]
 
 

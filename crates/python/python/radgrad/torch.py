@@ -44,7 +44,7 @@ def evaluate(
     kind = floats[0].new_empty(0, dtype=functools.reduce(torch.promote_types, (value.dtype for value in floats)))
     # PyTorch takes arrays where they lie, but for those that cannot be written to.
     tensors = (value if isinstance(value, torch.Tensor) else torch.from_numpy(np.require(value, requirements="W")) for value in given)
-    return function.apply(rtol, kind, *tensors)
+    return function(rtol, kind, *tensors)
 
 
 def _made() -> Any:
@@ -57,23 +57,21 @@ def _made() -> Any:
     def numpy(tensors: Any) -> Any:
         return [tensor.detach().cpu().numpy() for tensor in tensors]
 
-    class Radiosity(torch.autograd.Function):  # type: ignore[misc]
-        @staticmethod
-        def forward(ctx: Any, rtol: float, kind: Any, *tensors: Any) -> Any:
-            ctx.rtol = rtol
-            ctx.save_for_backward(*tensors)
-            given = numpy(tensors)
-            return torch.from_numpy(forward(given[:5], given[5:], rtol)).to(kind)
+    def value(ctx: Any, rtol: float, kind: Any, *tensors: Any) -> Any:
+        ctx.rtol = rtol
+        ctx.save_for_backward(*tensors)
+        given = numpy(tensors)
+        return torch.from_numpy(forward(given[:5], given[5:], rtol)).to(kind)
 
-        @staticmethod
-        @torch.autograd.function.once_differentiable
-        def backward(ctx: Any, cotangent: Any) -> Any:
-            given = numpy(ctx.saved_tensors)
-            found = backward(cotangent.cpu().numpy(), given[:5], given[5:], ctx.rtol)
-            wanted = zip(found, ctx.saved_tensors, ctx.needs_input_grad[2:])
-            return (None, None, *(torch.from_numpy(by).to(tensor) if needed else None for by, tensor, needed in wanted))
+    def pulled_back(ctx: Any, cotangent: Any) -> Any:
+        given = numpy(ctx.saved_tensors)
+        found = backward(cotangent.cpu().numpy(), given[:5], given[5:], ctx.rtol)
+        wanted = zip(found, ctx.saved_tensors, ctx.needs_input_grad[2:])
+        return (None, None, *(torch.from_numpy(by).to(tensor) if needed else None for by, tensor, needed in wanted))
 
-    return torch, Radiosity
+    once = torch.autograd.function.once_differentiable(pulled_back)
+    function: Any = type("Radiosity", (torch.autograd.Function,), {"forward": staticmethod(value), "backward": staticmethod(once)})
+    return torch, function.apply
 
 
 _differentiable = functools.lru_cache(maxsize=1)(_made)
