@@ -92,7 +92,9 @@ fn components(given: &Bound<'_, PyAny>, name: &str) -> PyResult<[f64; 3]> {
 /// A polygon of rounded vertices, or why there is none and what helps.
 fn polygon(vertices: &PyReadonlyArrayDyn<'_, f64>, precision: f64) -> PyResult<Result<Polygon, String>> {
     Ok(Polygon::from_rounded(vectors(vertices)?, precision).map_err(|error| match error {
-        Error::NotPlanar { .. } => format!("{error}: divide it into triangles, or give it as an Emitter with the precision of its coordinates"),
+        Error::NotPlanar { .. } => {
+            format!("{error}: divide it into triangles, or state how exact its coordinates are, Emitter(..., precision=LENGTH)")
+        }
         _ => error.to_string(),
     }))
 }

@@ -506,6 +506,9 @@ class EmitterTree:
     def __repr__(self) -> str:
         return f"<radgrad.EmitterTree: {len(self)} emitters>"
 
+    def _repr_html_(self) -> str:
+        return table("EmitterTree", [("emitters", len(self))])
+
     def __reduce__(self) -> Any:
         return EmitterTree, (self._emitters,)
 
