@@ -89,7 +89,7 @@ fn components(given: &Bound<'_, PyAny>, name: &str) -> PyResult<[f64; 3]> {
     given.extract().map_err(|error| refused(format!("{name}: expected three numbers: {error}")))
 }
 
-/// A polygon of rounded vertices, or why there is none and what helps.
+/// A polygon of rounded vertices, or the reason for its refusal and a remedy.
 fn polygon(vertices: &PyReadonlyArrayDyn<'_, f64>, precision: f64) -> PyResult<Result<Polygon, String>> {
     Ok(Polygon::from_rounded(vectors(vertices)?, precision).map_err(|error| match error {
         Error::NotPlanar { .. } => {
