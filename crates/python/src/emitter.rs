@@ -4,7 +4,7 @@ use numpy::{PyArray1, PyArray2, PyReadonlyArrayDyn};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
-use radgrad_core::{DVec3, Emission, Linear, Polygon};
+use radgrad_core::{DVec3, Emission, Error, Linear, Polygon};
 
 use crate::arrays::{slice, vectors};
 use crate::refused;
@@ -28,8 +28,8 @@ pub(crate) struct Affine {
 #[pymethods]
 impl Affine {
     #[new]
-    fn new(value: f64, gradient: [f64; 3]) -> Self {
-        Self { value, gradient }
+    fn new(value: f64, gradient: &Bound<'_, PyAny>) -> PyResult<Self> {
+        Ok(Self { value, gradient: components(gradient, "gradient")? })
     }
 
     #[getter]
@@ -56,8 +56,11 @@ type Terms = Vec<(f64, [u8; 3])>;
 #[pymethods]
 impl Polynomial {
     #[new]
-    fn new(origin: [f64; 3], terms: Terms) -> PyResult<Self> {
-        radgrad_core::Polynomial::new(origin.into(), terms).map(Self).map_err(refused)
+    fn new(origin: &Bound<'_, PyAny>, terms: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let given: Terms = terms.extract().map_err(|error| {
+            refused(format!("terms: expected a list of (coefficient, (i, j, k)), exponents whole and from 0 to 255: {error}"))
+        })?;
+        radgrad_core::Polynomial::new(components(origin, "origin")?.into(), given).map(Self).map_err(refused)
     }
 
     #[getter]
@@ -81,6 +84,21 @@ impl Polynomial {
     }
 }
 
+/// Three numbers of an argument of that name.
+fn components(given: &Bound<'_, PyAny>, name: &str) -> PyResult<[f64; 3]> {
+    given.extract().map_err(|error| refused(format!("{name}: expected three numbers: {error}")))
+}
+
+/// A polygon of rounded vertices, or the reason for its refusal and a remedy.
+fn polygon(vertices: &PyReadonlyArrayDyn<'_, f64>, precision: f64) -> PyResult<Result<Polygon, String>> {
+    Ok(Polygon::from_rounded(vectors(vertices)?, precision).map_err(|error| match error {
+        Error::NotPlanar { .. } => {
+            format!("{error}: divide it into triangles, or state how exact its coordinates are, Emitter(..., precision=LENGTH)")
+        }
+        _ => error.to_string(),
+    }))
+}
+
 /// A polygon that emits.
 #[pyclass(frozen, eq, subclass, module = "radgrad._radgrad")]
 #[derive(Debug, Clone, PartialEq)]
@@ -90,7 +108,7 @@ pub(crate) struct Emitter(pub(crate) radgrad_core::Emitter);
 impl Emitter {
     #[new]
     fn new(vertices: PyReadonlyArrayDyn<'_, f64>, emission: &Bound<'_, PyAny>, precision: f64) -> PyResult<Self> {
-        let polygon = Polygon::from_rounded(vectors(&vertices)?, precision).map_err(refused)?;
+        let polygon = polygon(&vertices, precision)?.map_err(refused)?;
         radgrad_core::Emitter::new(polygon, stated(emission)?).map(Self).map_err(refused)
     }
 
@@ -174,8 +192,8 @@ pub(crate) fn all<'a>(emitters: &'a [PyRef<'_, Emitter>]) -> Vec<&'a radgrad_cor
 
 /// Polygons that hide, each an array of vertices and their precision.
 pub(crate) fn occluders(all: &[(PyReadonlyArrayDyn<'_, f64>, f64)]) -> PyResult<Vec<Polygon>> {
-    let polygon = |(index, (vertices, precision)): (usize, &(PyReadonlyArrayDyn<'_, f64>, f64))| {
-        Polygon::from_rounded(vectors(vertices)?, *precision).map_err(|error| refused(format!("occluder {index}: {error}")))
+    let outline = |(index, (vertices, precision)): (usize, &(PyReadonlyArrayDyn<'_, f64>, f64))| {
+        polygon(vertices, *precision)?.map_err(|error| refused(format!("occluder {index}: {error}")))
     };
-    all.iter().enumerate().map(polygon).collect()
+    all.iter().enumerate().map(outline).collect()
 }

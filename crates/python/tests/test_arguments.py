@@ -57,6 +57,13 @@ def test_masked_and_complex_arrays_are_refused_by_name(room, name, call):
         ("^error: expected numbers", lambda room: room.solve(error="small")),
         ("^progress is 7", lambda room: room.solve(progress=7)),
         ("^progress is 7", lambda room: room.factors(tolerance=0.3, progress=7)),
+        ("^gradient: expected three numbers", lambda room: rg.Affine(1.0, [1.0, 2.0])),
+        ("^origin: expected three numbers", lambda room: rg.Polynomial([0.0], [(1.0, (0, 0, 0))])),
+        ("^terms: .*whole and from 0 to 255", lambda room: rg.Polynomial([0.0] * 3, [(1.0, (0, -1, 0))])),
+        ("off the plane .*triangles, or .*precision", lambda room: rg.Emitter([*SQUARE[:3], [0, 1, 0.1]])),
+        ("^digits is nan", lambda room: rg.digits(X, UP, LAMP, digits=np.nan)),
+        ("^count is 'a'", lambda room: rg.threads("a")),
+        (r"^faces\[0\] is .*astype\(int\)", lambda room: rg.Scene(SQUARE, [[0.0, 1.0, 2.0]])),
         ("^rtol has shape", lambda room: rg.evaluate(X, UP, LAMP, rtol=[1e-3, 1e-4])),
         ("^precision", lambda room: rg.Scene(SQUARE, [[0, 1, 2]], precision="mm")),
         ("^width is complex", lambda room: room.solve(error=0.1).certify(width=1j)),
@@ -65,6 +72,19 @@ def test_masked_and_complex_arrays_are_refused_by_name(room, name, call):
 def test_an_argument_is_named_with_its_rule(room, words, call):
     with pytest.raises(ValueError, match=words):
         call(room)
+
+
+@pytest.mark.parametrize(
+    "words, call",
+    [
+        ("^emitters is NoneType: expected a list", lambda: rg.evaluate(X, UP, None)),
+        ("^occluders is NoneType: expected a list", lambda: rg.derivatives(X, UP, LAMP, None)),
+        ("^function is int", lambda: rg.audit(3, cases=1)),
+    ],
+)
+def test_what_is_of_another_type_is_named(words, call):
+    with pytest.raises(TypeError, match=words):
+        call()
 
 
 def test_replaced_values_keep_factors_and_change_the_light(room, monkeypatch):

@@ -163,7 +163,7 @@ def test_trees_answer_many_emitters():
 @pytest.mark.parametrize(
     ("call", "words"),
     [
-        (lambda lamp: rg.Emitter([[0, 0], [1, 0], [0, 1]]), ["vertices has shape (3, 2)", "expected (..., 3)"]),
+        (lambda lamp: rg.Emitter([[0, 0], [1, 0], [0, 1]]), ["vertices has shape (3, 2)", "expected (vertices, 3)"]),
         (lambda lamp: rg.Emitter([[0, 0, 0], [1, 0, 0]]), ["at least 3 vertices", "has 2"]),
         (lambda lamp: rg.Emitter([[0, 0, 0], [1, 0, 0], [np.nan, 1, 0]]), ["vertex 2", "NaN", "finite"]),
         (lambda lamp: rg.Emitter([[0, 0, 0], [1, 0, 0], [1, 1, 0.1], [0, 1, 0]]), ["off the plane"]),

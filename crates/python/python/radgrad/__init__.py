@@ -5,7 +5,7 @@
 - `Scene`: surfaces with materials, from files or arrays; its form factors (`Scene.factors`) and its radiosity (`Scene.solve`).
 - `heat`: temperatures of grey bodies that exchange heat by radiation.
 - `audit`: someone else's code held to truth; `verify`: ours.
-- `radgrad.distributed`: the same on a Dask cluster; `radgrad.jax`: `evaluate` that JAX differentiates.
+- `radgrad.distributed`: the same on a Dask cluster; `radgrad.jax`, `radgrad.torch`: `evaluate` that JAX and PyTorch differentiate.
 
 Lengths are in one unit of the caller's choice, emission in any unit. Radiosity is in the unit of the emission, gradients in that over
 the unit of length. An emitter emits to the side from which its vertices are counter-clockwise. An invalid input is a
@@ -90,7 +90,7 @@ __all__ = [
 
 def __getattr__(name: str) -> object:
     # What needs another package is imported when it is asked for.
-    if name in ("distributed", "jax"):
+    if name in ("distributed", "jax", "torch"):
         import importlib
 
         return importlib.import_module(f".{name}", __name__)

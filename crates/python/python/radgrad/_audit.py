@@ -212,6 +212,8 @@ def audit(
     True
     """
     _checked(cases, seed)
+    if not callable(function):
+        raise TypeError(f"function is {type(function).__name__}: expected a function of a Case")
     table = _radgrad.AuditTable()
     for case in _asked(cases, seed, families, occluders):
         try:

@@ -51,20 +51,36 @@ def _whole(array: Floats) -> Floats:
     return np.require(array, requirements=["C_CONTIGUOUS", "ALIGNED"])
 
 
+def _precision(value: Any) -> Any:
+    """Single for an array of it, double for all else."""
+    return np.float32 if getattr(value, "dtype", None) == np.float32 else np.float64
+
+
 def _rows(value: Any, what: str, dtype: Any = np.float64) -> Floats:
     """An array whose last axis has three entries."""
     array = _numbers(value, what, dtype)
-    if array.ndim == 0 or array.shape[-1] != 3:
-        raise ValueError(f"{what} has shape {array.shape}: expected (..., 3)")
+    _check_rows(array.shape, what)
     return array
 
 
-def _outline(vertices: Any, what: str) -> Floats:
-    """The vertices of a polygon."""
-    array = _rows(vertices, what)
-    if array.ndim != 2:
-        raise ValueError(f"{what} has shape {array.shape}: expected (vertices, 3)")
-    return _whole(array)
+def _check_rows(shape: "Tuple[int, ...]", what: str) -> None:
+    if not shape or shape[-1] != 3:
+        raise ValueError(f"{what} has shape {shape}: expected (..., 3)")
+
+
+def _check_outline(shape: "Tuple[int, ...]", what: str) -> None:
+    if len(shape) != 2 or shape[-1] != 3:
+        raise ValueError(f"{what} has shape {shape}: expected (vertices, 3)")
+
+
+def _outline(vertices: Any, what: str) -> "Tuple[Floats, float]":
+    """The vertices of a polygon, and the length by which each coordinate may be off: in single precision a turn and a shift leave up to eight
+    roundings of the largest; numbers of double precision are as they are."""
+    array = _numbers(vertices, what)
+    _check_outline(array.shape, what)
+    off = 2.0**-21 * np.abs(array).max(initial=0.0) if _precision(vertices) == np.float32 else 0.0
+    # A vertex that is not finite is refused by its own rule.
+    return _whole(array), float(off) if np.isfinite(off) else 0.0
 
 
 class Emitter(_radgrad.Emitter):
@@ -77,9 +93,9 @@ class Emitter(_radgrad.Emitter):
     emission : float, (n,), Affine or Polynomial
         Emitted radiosity: the same everywhere, a value at each vertex (for more than three they lie on one affine function), or a
         function of the position.
-    precision : float
-        Length by which each coordinate of a vertex may be off, as single precision leaves it: the polygon may be off a plane by
-        as much as that explains, and what it leaves open is in every bound.
+    precision : float, optional
+        Length by which each coordinate of a vertex may be off: the polygon may be off a plane by as much as that explains, and what it
+        leaves open is in every bound. 0 unless given; 2^-21 of the largest coordinate for an array of single precision.
 
     Raises
     ------
@@ -95,14 +111,15 @@ class Emitter(_radgrad.Emitter):
     """
 
     def __new__(
-        cls, vertices: ArrayLike, emission: Union[ArrayLike, Affine, Polynomial] = 1.0, precision: float = 0.0
+        cls, vertices: ArrayLike, emission: Union[ArrayLike, Affine, Polynomial] = 1.0, precision: Union[float, None] = None
     ) -> "Emitter":
         if not isinstance(emission, (Affine, Polynomial)):
             values = _numbers(emission, "emission")
             if values.ndim > 1:
                 raise ValueError(f"emission has shape {values.shape}: expected a number, or (vertices,)")
             emission = float(values) if values.ndim == 0 else _whole(values)
-        return super().__new__(cls, _outline(vertices, "vertices"), emission, _number(precision, "precision", "a length"))
+        outline, rounding = _outline(vertices, "vertices")
+        return super().__new__(cls, outline, emission, rounding if precision is None else _number(precision, "precision", "a length"))
 
     def emission_at(self, points: ArrayLike) -> Floats:
         """Emission at points of the emitter's plane, of shape (..., 3): an array of shape (...)."""
@@ -189,11 +206,19 @@ class Total(Shown):
         return np.shape(self.radiosity)
 
 
+def _sequence(given: Any, what: str) -> "list[Any]":
+    """As a list, or an error that names it."""
+    try:
+        return list(given)
+    except TypeError:
+        raise TypeError(f"{what} is {type(given).__name__}: expected a list, which may be empty") from None
+
+
 def _listed(emitters: Any) -> "list[Any]":
     """Emitters of a list, or the one."""
     if isinstance(emitters, _radgrad.Emitter):
         return [emitters]
-    listed = list(emitters)
+    listed = _sequence(emitters, "emitters")
     for index, emitter in enumerate(listed):
         if not isinstance(emitter, _radgrad.Emitter):
             raise TypeError(f"emitters[{index}] is {type(emitter).__name__}: expected radgrad.Emitter")
@@ -202,20 +227,18 @@ def _listed(emitters: Any) -> "list[Any]":
 
 def _hiding(occluders: Any) -> "list[tuple[Floats, float]]":
     """Occluders as arrays of vertices, each with its precision. Emitters hide too."""
-    outlines = [(o.vertices, o.precision) if isinstance(o, _radgrad.Emitter) else (o, 0.0) for o in occluders]
-    return [(_outline(outline, f"occluders[{index}]"), off) for index, (outline, off) in enumerate(outlines)]
+    return [
+        (o.vertices, o.precision) if isinstance(o, _radgrad.Emitter) else _outline(o, f"occluders[{index}]")
+        for index, o in enumerate(_sequence(occluders, "occluders"))
+    ]
 
 
 def _broadcast(x: Any, normal: Any, reflectance: Any, single: bool) -> "tuple[tuple[int, ...], Floats, Floats, Floats]":
     """The shape of the points, and rows of positions, normals and reflectances: of the latter as many, or one for all."""
-    dtype = np.float32 if single and getattr(x, "dtype", None) == np.float32 else np.float64
+    dtype = _precision(x) if single else np.float64
     positions, normals = _rows(x, "x", dtype), _rows(normal, "normal", dtype)
     shares = _numbers(reflectance, "reflectance", dtype)
-    try:
-        shape = np.broadcast_shapes(positions.shape[:-1], normals.shape[:-1], shares.shape)
-    except ValueError:
-        shapes = f"x {positions.shape[:-1]}, normal {normals.shape[:-1]} and reflectance {shares.shape}"
-        raise ValueError(f"{shapes} cannot be broadcast together") from None
+    shape = _common_shape(positions.shape[:-1], normals.shape[:-1], shares.shape)
     count = int(np.prod(shape, dtype=np.int64))
 
     def spread(array: Floats, tail: "tuple[int, ...]") -> Floats:
@@ -225,6 +248,13 @@ def _broadcast(x: Any, normal: Any, reflectance: Any, single: bool) -> "tuple[tu
 
     rows = _whole(np.broadcast_to(positions, (*shape, 3)).reshape(-1, 3))
     return shape, rows, spread(normals, (3,)), spread(shares, ())
+
+
+def _common_shape(x: "Tuple[int, ...]", normal: "Tuple[int, ...]", reflectance: "Tuple[int, ...]") -> "Tuple[int, ...]":
+    try:
+        return np.broadcast_shapes(x, normal, reflectance)
+    except ValueError:
+        raise ValueError(f"x {x}, normal {normal} and reflectance {reflectance} cannot be broadcast together") from None
 
 
 def _relative(rtol: Any, dtype: Any) -> float:
@@ -369,8 +399,8 @@ def digits(
     shape, position, normals, shares = _broadcast(x, normal, reflectance, single=False)
     if shape != ():
         raise ValueError(f"x, normal and reflectance have the shape {shape} together: digits takes one point")
-    if int(digits) != digits or not 1 <= digits <= 1000:
-        raise ValueError(f"digits is {digits}: it must be a whole number from 1 to 1000")
+    if not (isinstance(digits, (int, np.integer)) and 1 <= digits <= 1000):
+        raise ValueError(f"digits is {digits!r}: it must be a whole number from 1 to 1000")
     sums = [Decimal(0)] * 6
     with localcontext() as context:
         # Sums of doubles' decimals are exact in so many digits.
@@ -472,6 +502,12 @@ class EmitterTree:
 
     def __len__(self) -> int:
         return len(self._tree)
+
+    def __repr__(self) -> str:
+        return f"<radgrad.EmitterTree: {len(self)} emitters>"
+
+    def _repr_html_(self) -> str:
+        return table("EmitterTree", [("emitters", len(self))])
 
     def __reduce__(self) -> Any:
         return EmitterTree, (self._emitters,)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 import threading
 from contextlib import contextmanager
-from typing import Any, Callable, Iterator, NamedTuple, Optional, Union
+from typing import Any, Callable, Iterator, NamedTuple, Optional, SupportsIndex, Union
 
 from . import _radgrad
 
@@ -85,7 +85,7 @@ class threads:
     """
 
     def __init__(self, count: Optional[int] = None) -> None:
-        if count is not None and (isinstance(count, bool) or not 0 <= int(count) == count):
+        if count is not None and (isinstance(count, bool) or not isinstance(count, (SupportsIndex, float)) or not (count >= 0 and count % 1 == 0)):
             raise ValueError(f"count is {count!r}: it must be a number of threads, or 0 for one a core")
         self._before = _radgrad.threads()
         #: How many there are.

@@ -466,7 +466,7 @@ def _corners(face: Any, index: int) -> "NDArray[np.int64]":
         raise ValueError(f"faces[{index}] is a masked array: leave out what is masked (faces[{index}].compressed())")
     corners = np.asarray(face)
     if corners.ndim != 1 or corners.dtype.kind not in "iu":
-        raise ValueError(f"faces[{index}] is {face!r}: expected indices of vertices")
+        raise ValueError(f"faces[{index}] is {face!r}: expected indices of vertices, whole numbers of an integer type (faces.astype(int))")
     return corners.astype(np.int64)
 
 

@@ -18,7 +18,7 @@ from typing import Any, Callable, Sequence
 
 import numpy as np
 
-from ._reverse import backward, forward
+from ._reverse import arrays, backward, forward, points_shape
 
 __all__ = ["evaluate"]
 
@@ -45,21 +45,23 @@ def evaluate(
     occluders : sequence of (V_k, 3)
         Polygons that may hide it.
     rtol : float
-        Relative error that is asked for. JAX works in single precision by default: set its `jax_enable_x64` for more digits.
+        Relative error that is asked for, of numbers of double precision. JAX rounds to single by default: set its `jax_enable_x64` for more
+        digits.
 
     Returns
     -------
     array of the shape of the points
     """
-    differentiable = _differentiable()
+    differentiable, jax = _differentiable(), importlib.import_module("jax")
     _worker(os.getpid())
-    jnp = importlib.import_module("jax.numpy")
-    kind = jnp.result_type(float)
 
-    def arrays(of: Any) -> Any:
-        return tuple(jnp.asarray(one, dtype=kind) for one in of)
+    def is_traced(value: Any) -> bool:
+        return any(isinstance(leaf, jax.Array) for leaf in jax.tree_util.tree_leaves(value))
 
-    return differentiable(rtol, arrays((x, normal, vertices, emission, reflectance)), arrays(occluders))
+    given = [jax.numpy.asarray(value) for value in arrays((x, normal, vertices, emission, reflectance), occluders, is_traced)]
+    floats = [of if jax.numpy.issubdtype(of.dtype, np.floating) else of.astype(float) for of in given]
+    points_shape(floats[:5], floats[5:])
+    return differentiable(rtol, tuple(floats[:5]), tuple(floats[5:]))
 
 
 def _started(process: int) -> ThreadPoolExecutor:
@@ -85,23 +87,22 @@ def _made() -> Any:
         raise ImportError("radgrad.jax needs JAX: pip install jax") from None
 
     def value(rtol: float, arguments: Any, occluders: Any) -> Any:
-        x, normal, _, _, reflectance = arguments
-        shape = np.broadcast_shapes(x.shape[:-1], normal.shape[:-1], reflectance.shape)
+        kind = jax.ShapeDtypeStruct(points_shape(arguments, occluders), jax.numpy.result_type(*arguments, *occluders))
 
         def call(arguments: Any, occluders: Any) -> Any:
-            return _computed(forward, _doubles(arguments), _doubles(occluders), rtol).astype(x.dtype, copy=False)
+            return _computed(forward, _numpy(arguments), _numpy(occluders), rtol).astype(kind.dtype, copy=False)
 
-        return jax.pure_callback(call, jax.ShapeDtypeStruct(shape, x.dtype), arguments, occluders)
+        return jax.pure_callback(call, kind, arguments, occluders, vmap_method="sequential")
 
     def pulled_back(rtol: float, kept: Any, cotangent: Any) -> Any:
         arguments, occluders = kept
+        kinds = tuple(jax.ShapeDtypeStruct(of.shape, of.dtype) for of in (*arguments, *occluders))
 
         def call(cotangent: Any, arguments: Any, occluders: Any) -> Any:
-            found = _computed(backward, np.asarray(cotangent), _doubles(arguments), _doubles(occluders), rtol)
-            return tuple(of.astype(cotangent.dtype, copy=False) for of in found)
+            found = _computed(backward, np.asarray(cotangent), _numpy(arguments), _numpy(occluders), rtol)
+            return tuple(of.astype(kind.dtype, copy=False) for of, kind in zip(found, kinds))
 
-        kinds = tuple(jax.ShapeDtypeStruct(of.shape, of.dtype) for of in (*arguments, *occluders))
-        found = jax.pure_callback(call, kinds, cotangent, arguments, occluders)
+        found = jax.pure_callback(call, kinds, cotangent, arguments, occluders, vmap_method="sequential")
         return tuple(found[:5]), tuple(found[5:])
 
     made = jax.custom_vjp(value, nondiff_argnums=(0,))
@@ -112,6 +113,6 @@ def _made() -> Any:
 _differentiable = lru_cache(maxsize=1)(_made)
 
 
-def _doubles(arrays: Any) -> Any:
-    """As numpy's, which takes doubles where they lie."""
-    return tuple(np.asarray(of, dtype=np.float64) for of in arrays)
+def _numpy(arrays: Any) -> Any:
+    """Arrays of numpy where those of JAX lie."""
+    return tuple(np.asarray(of) for of in arrays)
