@@ -124,7 +124,7 @@ fn in_room(index: u64) -> Result<Vec<String>, String> {
     let asked = Counts { scene: &scene, factors: &factors, settings, counted, truth };
     let whole = asked.made(settings)?;
     let mut findings = asked.judged(&whole, 0.0)?;
-    findings.extend(near(&asked, &whole));
+    findings.extend(near(&asked, &whole).map_err(said)?);
     findings.extend(products::wrong(&asked, &whole)?);
     findings.extend(read_back(&whole));
     let least = 4e-3;
@@ -201,9 +201,11 @@ impl Counts<'_> {
     }
 }
 
-/// Pairs that are near and in free sight: exact, and among them all that share a corner and have nothing in between.
-fn near(asked: &Counts<'_>, factors: &RayFactors) -> Vec<String> {
+/// Pairs that are near and in free sight: exact, with the bounds of a factor of so many digits, and among them all that share a corner and have
+/// nothing in between.
+fn near(asked: &Counts<'_>, factors: &RayFactors) -> Result<Vec<String>, radgrad_scene::Error> {
     let mut findings = Vec::new();
+    let settings = FactorSettings { relative_estimate: 1e-6, estimate: 1e-6, ..FactorSettings::default() };
     let polygons: Vec<&Polygon> = asked.scene.polygons().collect();
     for RayRow { face, entries, .. } in factors.rows(0..factors.faces().len()) {
         for entry in entries {
@@ -217,9 +219,16 @@ fn near(asked: &Counts<'_>, factors: &RayFactors) -> Vec<String> {
             if entry.is_exact && is_worse((entry.factor - truth).abs(), entry.upper - entry.factor + TRUTH) {
                 findings.push(format!("the factor {face} to {} is {truth}, not {}", entry.face, entry.factor));
             }
+            if entry.is_exact && face < entry.face {
+                let bound = asked.factors.between(face, entry.face, &settings)?;
+                let room = 1e-3 * (bound.upper - bound.lower);
+                if is_worse(entry.lower, bound.lower + room) || is_worse(bound.upper - room, entry.upper) {
+                    findings.push(format!("the factor {face} to {} is {entry:?}, proven is {bound:?}", entry.face));
+                }
+            }
         }
     }
-    findings
+    Ok(findings)
 }
 
 /// Factors as bytes, whole and in part.
@@ -229,6 +238,10 @@ fn read_back(factors: &RayFactors) -> Vec<String> {
     if RayFactors::from_bytes(&bytes).ok().as_ref() != Some(factors) {
         findings.push("factors that were kept are others".to_owned());
     }
+    // The logarithm, the confidence, the first area and the first multiplier.
+    let first = 64 + 4 * factors.faces().len();
+    let places = [(40, false), (48, false), (first, false), (first + 8 * factors.len(), true)];
+    findings.extend(products::damaged(&bytes, 32, &places, |bytes| RayFactors::from_bytes(bytes).is_ok()));
     let longer = [&bytes[..], &[0]].concat();
     let parts = [0, 15, 16, 40, bytes.len() / 3, bytes.len() - 1].map(|end| &bytes[..end]);
     for part in parts.into_iter().chain([&longer[..], &bytes[1..]]) {
