@@ -8,10 +8,14 @@ mod products;
 
 use glam::DVec3;
 use radgrad_core::Polygon;
-use radgrad_scene::{Counted, FactorMatrix, FactorSettings, FormFactors, RayFactors, RayRow, RaySettings, Scene, largest};
+use radgrad_scene::{
+    BlockOperator, Counted, FactorMatrix, FactorOperator, FactorSettings, FormFactors, RayFactors, RayRow, RaySettings, Scene,
+    largest,
+};
 
 use crate::cases::sampler::Sampler;
 use crate::measures::measure::is_worse;
+use crate::scenes::draw::quad;
 use crate::scenes::pieces::scene_of;
 use model::Model;
 
@@ -78,6 +82,7 @@ struct Counts<'a> {
 #[must_use]
 pub fn all_wrong(scenes: u64) -> Vec<String> {
     let mut findings = grids();
+    findings.extend(whole_block().unwrap_or_else(|error| vec![error]));
     for index in 0..scenes {
         let wrong = in_room(index).unwrap_or_else(|error| vec![error]);
         findings.extend(wrong.into_iter().map(|finding| format!("rays {index}: {finding}")));
@@ -250,6 +255,22 @@ fn read_back(factors: &RayFactors) -> Vec<String> {
         }
     }
     findings
+}
+
+/// As many faces as a block has places on a side, of which few meet each other's rays: they stay one block, which is read back.
+fn whole_block() -> Result<Vec<String>, String> {
+    let said = |error: radgrad_scene::Error| error.to_string();
+    let tile = |k: u32| quad(DVec3::new(f64::from(k % 16), f64::from(k / 16), 0.0), DVec3::X * 0.5, DVec3::Y * 0.5);
+    let mut above = quad(DVec3::new(7.0, 7.0, 8.0), DVec3::X, DVec3::Y);
+    above.reverse();
+    let scene = scene_of((0..255).map(tile).chain([above]).collect())?;
+    let factors = FormFactors::new(&scene).map_err(said)?;
+    let settings = RaySettings { rays: Some(4), seed: 5, ..RaySettings::default() };
+    let counted = factors.count_rays(0..256, &settings, |_| ()).map_err(said)?;
+    let operator = FactorOperator::new(factors.by_rays(counted, &settings).map_err(said)?);
+    let blocks = operator.blocks(&factors.middles(), 1e-9).map_err(said)?;
+    let back = BlockOperator::from_bytes(&blocks.to_bytes());
+    Ok((back.ok().as_ref() != Some(&blocks)).then(|| "a block of 256 faces is another one".to_owned()).into_iter().collect())
 }
 
 /// A few rays a face: an unseen factor then has the upper limit of both directions together.
