@@ -30,27 +30,19 @@ fn functions() -> Told {
         let radiosity = |y: DVec3| least + slope.dot(y);
         let (right, wrong) = (|_: DVec3| along, |_: DVec3| along * 1.5 + polygon.normal().any_orthonormal_vector());
         let gradients: [Option<&dyn Fn(DVec3) -> DVec3>; 3] = [None, Some(&right), Some(&wrong)];
-        let integrated = |gradient, detail: f64, budget| {
+        let integrated = |gradient, detail: f64| {
             let emission = EmissionFunction { radiosity: &radiosity, gradient, detail, bounds: None };
-            integrate_function(&receiver, &polygon, &emission, 1e-8, budget)
+            integrate_function(&receiver, &polygon, &emission, 1e-8, 200_000)
         };
-        let [alone, both, contradicted] = gradients.map(|gradient| integrated(gradient, f64::INFINITY, 200_000));
-        for estimate in [alone?, both?, integrated(None, 0.75, 200_000)?] {
+        let [alone, both, contradicted] = gradients.map(|gradient| integrated(gradient, f64::INFINITY));
+        for estimate in [alone?, both?, integrated(None, 0.75)?] {
             let error = [(estimate.radiosity - truth.radiosity).abs(), (estimate.gradient - truth.gradient).length()];
             let room = [estimate.radiosity_error + truth.radiosity_error, estimate.gradient_error + truth.gradient_error];
             if estimate.status != Status::Converged || !(error[0] <= room[0] && error[1] <= room[1]) {
                 findings.push(format!("a function is off by {error:?}, estimated to {room:?}: {:?}", estimate.status));
             }
         }
-        // With too few evaluations the one may be known well enough, and the other not.
-        for budget in (0..16).map(|k| (400 << (k / 2)) * (2 + k % 2)) {
-            let Ok(estimate) = integrated(gradients[1], f64::INFINITY, budget) else { continue };
-            let errors = [estimate.radiosity_error / estimate.radiosity, estimate.gradient_error / estimate.gradient.length()];
-            if (estimate.status == Status::Converged) != errors.iter().all(|error| *error <= 1e-8) {
-                findings.push(format!("by {budget} evaluations errors of {errors:?} are {:?}", estimate.status));
-            }
-        }
-        if [0.0, -1.0, f64::NAN].into_iter().any(|detail| integrated(None, detail, 200_000).is_ok()) {
+        if [0.0, -1.0, f64::NAN].into_iter().any(|detail| integrated(None, detail).is_ok()) {
             findings.push("a function is integrated whose details have no size".to_owned());
         }
         let contradicted = contradicted?.status;

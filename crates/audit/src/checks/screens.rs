@@ -2,7 +2,7 @@
 //!
 //! The light past a screen and the light past the rest of its plane add up to the free light, whatever the screen: so values are held against each other.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::PI;
 
 use glam::DVec3;
 use radgrad_certificate::{Request, certify};
@@ -88,20 +88,13 @@ impl Drawn {
         of_faces(outlines.map(|outline| outline.iter().map(place).collect()))
     }
 
-    /// The second face with as many corners, inside of what it was.
-    fn with_corners(mut self, count: u32) -> Self {
-        let [a, b, c, _] = self.faces[1][..] else { return self };
-        let (middle, along, up) = ((a + c) * 0.5, (b - a) * 0.5, (c - b) * 0.5);
-        let corner = |k: u32| {
-            let (sin, cos) = libm::sincos(TAU * f64::from(k) / f64::from(count));
-            middle + along * cos + up * sin
-        };
-        self.faces[1] = (0..count).map(corner).collect();
-        self
-    }
-
-    /// Contradictions by the certificate of a lamp, which is the second face, of a factor to it: the first face reflects half, all else is black.
-    fn certified(&self, factor: f64, slack: f64, seed: u64) -> Result<Vec<String>, String> {
+    /// Contradictions by the certificate of a lamp, which is the second face, at a slant: the first face reflects half, all else is black. Nothing
+    /// is where coordinates are 0.
+    fn certified(mut self, seed: u64) -> Result<Vec<String>, String> {
+        let corners = self.faces.iter_mut().chain(&mut self.screens).flatten();
+        corners.for_each(|corner| *corner += DVec3::new(2.0 * corner.z - 3.0, 3.0, 1.5));
+        let [rough, factor] = [self.by_points(3)?, self.by_points(5)?];
+        let slack = 2.0 * (factor - rough).abs() + 1e-9;
         let said = |error: radgrad_scene::Error| error.to_string();
         let mut scene = Scene::new(["grey"]).map_err(said)?;
         let materials = [[0.5, 0.0], [0.0, 1.0 / PI], [0.0, 0.0]].map(|[rho, radiance]| {
@@ -111,9 +104,7 @@ impl Drawn {
         let mut areas = Vec::new();
         for (k, outline) in self.faces.iter().chain(&self.screens).enumerate() {
             let surface = scene.add_surface(k.to_string());
-            // Nothing is where coordinates are 0.
-            let aside = outline.iter().map(|&corner| corner + DVec3::new(-2.0, 3.0, 1.5));
-            let polygon = Polygon::new(aside.collect()).map_err(|error| error.to_string())?;
+            let polygon = Polygon::new(outline.clone()).map_err(|error| error.to_string())?;
             areas.push(polygon.area());
             scene.add_face(surface, materials[k.min(2)].clone()?, polygon, None).map_err(said)?;
         }
@@ -185,11 +176,9 @@ const OF_ESTIMATE: f64 = 20.0;
 pub fn of_drawn(index: u64) -> Result<Vec<String>, String> {
     let kind = index % KINDS;
     let drawn = Drawn::new(&mut Sampler::new(19, "screens", index), kind);
-    // More than are kept at a time.
-    let drawn = if kind == 1 { drawn.with_corners(20) } else { drawn };
     let [rough, truth] = [drawn.by_points(3)?, drawn.by_points(5)?];
     let slack = 2.0 * (truth - rough).abs() + 1e-9;
-    let mut findings = drawn.certified(truth, slack, index)?;
+    let mut findings = drawn.clone().certified(index)?;
     findings.iter_mut().for_each(|finding| finding.insert_str(0, &format!("screens {index}: ")));
     for power in [1.0, SMALL] {
         let scene = drawn.scene(index, power)?;
