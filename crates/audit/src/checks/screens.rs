@@ -301,11 +301,11 @@ fn shares(index: u64) -> Result<([[f64; 2]; 4], f64), String> {
         let from = start - along * lengths;
         probes::share_outside([&a, &b], [from, from + along])
     });
-    Ok((bounds, by_points([a.vertices(), b.vertices()], start, along)))
+    Ok((bounds, share_by_points([a.vertices(), b.vertices()], start, along)))
 }
 
 /// The share of the segments from one outline to another that have a line on the one side, by points of the first.
-fn by_points([from, to]: [&[DVec3]; 2], start: DVec3, along: DVec3) -> f64 {
+fn share_by_points([from, to]: [&[DVec3]; 2], start: DVec3, along: DVec3) -> f64 {
     let area = |outline: &[DVec3]| {
         let fan = outline.windows(2).map(|two| (two[0] - outline[0]).cross(two[1] - outline[0]));
         0.5 * fan.sum::<DVec3>().length()
