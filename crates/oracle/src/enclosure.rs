@@ -247,7 +247,9 @@ impl<'a> Problem<'a> {
             let gradient = [zero(), zero(), zero()];
             return Ok(Enclosure { radiosity: zero(), gradient, evaluations: 0, arithmetic, rounding: [0.0; 2] });
         };
-        let prepared = Prepared::<T>::new(self.source, &self.frame, &self.view, self.reflectance, exponent, bits);
+        // A factor of the whole: without its power of two, no arithmetic meets a subnormal double.
+        let (reflectance, power) = libm::frexp(self.reflectance);
+        let prepared = Prepared::<T>::new(self.source, &self.frame, &self.view, reflectance, exponent, bits);
         let mut evaluations = 0;
         let mut reached =
             Reached { radiosity: 0.0, radiosity_radius: f64::INFINITY, gradient: 0.0, gradient_radius: f64::INFINITY };
@@ -267,7 +269,7 @@ impl<'a> Problem<'a> {
                 return Err(Error::Range { quantity: "the radius of an integral" });
             }
             if radius.value <= goal * reached.radiosity.abs() && radius.gradient <= goal * reached.gradient {
-                return self.finish(&pass, exponent, evaluations, arithmetic);
+                return self.finish(&pass, exponent + power, evaluations, arithmetic);
             }
             tolerances = pass.next_tolerances(tolerances, goal, reached).ok_or(Error::Rounding {
                 bits,

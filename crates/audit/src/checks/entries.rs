@@ -8,7 +8,7 @@ use std::sync::Mutex;
 use radgrad_core::{gradient, irradiance_vector, radiosity, radiosity_and_gradient};
 use radgrad_paper::appendix;
 use radgrad_scene::case::Problem;
-use radgrad_scene::{ComputedRow, FactorBlock, FactorMatrix, FactorSettings, FormFactors, Scene};
+use radgrad_scene::{ComputedRow, Entry, FactorBlock, FactorMatrix, FactorSettings, FormFactors, Repaired, Scene, largest};
 
 use crate::bounds::digits;
 use crate::checks::derivatives::DIGITS;
@@ -103,7 +103,18 @@ pub fn of_matrix(name: Name) -> Result<Vec<String>, String> {
     findings.extend(apart(&matrix, &narrowed).map(|what| format!("narrowed, {what}")));
     if model.closed {
         let mut repaired = narrowed.clone();
-        let closure = repaired.repair(&settings).map_err(said)?.closure;
+        let Repaired { largest: most, mean, pair, closure, .. } = repaired.repair(&settings).map_err(said)?;
+        let change = |(from, entry): (usize, Entry)| (repaired.factor(from, entry.face) - entry.factor).abs();
+        let changes: Vec<f64> = narrowed.entries().map(change).collect();
+        let of_pair = (repaired.factor(pair[0], pair[1]) - narrowed.factor(pair[0], pair[1])).abs();
+        let off = [
+            changes.iter().copied().fold(0.0, largest) - most,
+            of_pair - most,
+            changes.iter().sum::<f64>() / changes.len() as f64 - mean,
+        ];
+        if off.iter().any(|off| is_worse(off.abs(), SUM)) {
+            findings.push(format!("repair says that it changed {pair:?} by {most:e} and all by {mean:e}, off by {off:?}"));
+        }
         if is_worse(closure, SUM) || is_worse(repaired.worst_closure(), SUM) || is_worse(repaired.worst_reciprocity(), SUM) {
             findings.push(format!("rows that are repaired lack {closure:e} or {:e}", repaired.worst_closure()));
         }

@@ -1,5 +1,5 @@
-//! Estimates of the oracle, beside its enclosures, against closed forms: cubature of functions, known rectangles, counts of rays, intervals
-//! and samples of an edge seen end-on.
+//! Estimates of the oracle, beside its enclosures, against closed forms: cubature of functions, known rectangles, counts of rays, intervals,
+//! polynomials, slopes and samples of an edge seen end-on.
 
 use glam::DVec3;
 use radgrad_core::{Emission, Emitter, Polygon, Receiver, evaluate_to};
@@ -7,7 +7,7 @@ use radgrad_oracle::cubature::{Status, integrate_function};
 use radgrad_oracle::monte_carlo::{Sampling, Sequence, integrate};
 use radgrad_oracle::scene::known::FacingRectangles;
 use radgrad_oracle::scene::rays_for;
-use radgrad_oracle::{EmissionFunction, Interval};
+use radgrad_oracle::{EmissionFunction, Interval, Polynomial, enclose, slope_along};
 
 use crate::cases::sampler::Sampler;
 
@@ -30,16 +30,20 @@ fn functions() -> Told {
         let radiosity = |y: DVec3| least + slope.dot(y);
         let (right, wrong) = (|_: DVec3| along, |_: DVec3| along * 1.5 + polygon.normal().any_orthonormal_vector());
         let gradients: [Option<&dyn Fn(DVec3) -> DVec3>; 3] = [None, Some(&right), Some(&wrong)];
-        let [alone, both, contradicted] = gradients.map(|gradient| {
-            let emission = EmissionFunction { radiosity: &radiosity, gradient, detail: f64::INFINITY, bounds: None };
+        let integrated = |gradient, detail: f64| {
+            let emission = EmissionFunction { radiosity: &radiosity, gradient, detail, bounds: None };
             integrate_function(&receiver, &polygon, &emission, 1e-8, 200_000)
-        });
-        for estimate in [alone?, both?] {
+        };
+        let [alone, both, contradicted] = gradients.map(|gradient| integrated(gradient, f64::INFINITY));
+        for estimate in [alone?, both?, integrated(None, 0.75)?] {
             let error = [(estimate.radiosity - truth.radiosity).abs(), (estimate.gradient - truth.gradient).length()];
             let room = [estimate.radiosity_error + truth.radiosity_error, estimate.gradient_error + truth.gradient_error];
             if estimate.status != Status::Converged || !(error[0] <= room[0] && error[1] <= room[1]) {
                 findings.push(format!("a function is off by {error:?}, estimated to {room:?}: {:?}", estimate.status));
             }
+        }
+        if [0.0, -1.0, f64::NAN].into_iter().any(|detail| integrated(None, detail).is_ok()) {
+            findings.push("a function is integrated whose details have no size".to_owned());
         }
         let contradicted = contradicted?.status;
         if contradicted != Status::Contradiction {
@@ -122,6 +126,51 @@ fn counts() -> Told {
     Ok(findings)
 }
 
+/// Values and slopes of polynomials against powers and differences.
+fn polynomials() -> Told {
+    let sampler = &mut Sampler::new(21, "polynomials", 0);
+    let mut findings = Vec::new();
+    for _ in 0..8 {
+        let terms: Vec<(f64, [u32; 3])> =
+            (0..5).map(|_| (sampler.between(-2.0, 2.0), [(); 3].map(|()| sampler.below(4)))).collect();
+        let polynomial = Polynomial::new(terms.clone())?;
+        let value = |y: DVec3| -> f64 {
+            let power = |axis: usize, power: u32| (0..power).map(|_| y[axis]).product::<f64>();
+            terms.iter().map(|(c, [i, j, k])| c * power(0, *i) * power(1, *j) * power(2, *k)).sum()
+        };
+        let (y, step) = (sampler.cube() * 1.5, 1.0 / 4096.0);
+        let slope = DVec3::AXES.map(|axis| (value(y + axis * step) - value(y - axis * step)) / (2.0 * step));
+        let errors = [(polynomial.value_at(y) - value(y)).abs(), (polynomial.gradient_at(y) - DVec3::from(slope)).length()];
+        // The third derivative is at most a thousand.
+        if !(errors[0] <= 1e-12 && errors[1] <= 1e-4) {
+            findings.push(format!("{terms:?} at {y}: value and slope are off by {errors:?}"));
+        }
+    }
+    Ok(findings)
+}
+
+/// Slopes along paths of light that is a function of the parameter. The rule takes 14/45 of what a corner rises in a step for its error.
+fn slopes() -> Told {
+    let polygon = Polygon::new([[0.2, -0.3, 1.0], [-0.5, 1.0, 1.5], [1.0, 0.5, 1.0]].map(DVec3::from).to_vec())?;
+    let lit = |light: f64| -> Result<(Receiver, Emitter, Vec<Polygon>), radgrad_core::Error> {
+        let emitter = Emitter::new(polygon.clone(), Emission::Constant(light))?;
+        Ok((Receiver::new(DVec3::ZERO, DVec3::Z, 1.0)?, emitter, Vec::new()))
+    };
+    let (receiver, emitter, _) = lit(1.0)?;
+    let unit = enclose(&receiver, &emitter, 20)?.radiosity.to_f64();
+    // The light is 2 + slope t + bend t^2 + corner |t|.
+    let paths = [[1.0, 0.0, 0.0], [-3.0, 1.0, 0.0], [1.0, 0.0, 1.0], [0.0, 0.5, -2.0]];
+    let mut findings = Vec::new();
+    for [value, bend, corner] in paths {
+        let slope = slope_along(|t| lit(2.0 + value * t + bend * t * t + corner * t.abs()), 1.0 / 64.0, 20)?;
+        let error = 14.0 / 45.0 * f64::abs(corner);
+        if !((slope.value / unit - value).abs() <= 1e-12 && (slope.error / unit - error).abs() <= 1e-9) {
+            findings.push(format!("a slope of {value:e} with an error of {error:e}, times {unit:e}, is {slope:?}"));
+        }
+    }
+    Ok(findings)
+}
+
 /// From a receiver on the line of an edge, and at one corner's height.
 fn edges_end_on() -> Told {
     let polygon = Polygon::new([[1.0, 0.0, 1.0], [2.0, 0.0, 1.0], [2.0, 1.0, 2.0], [1.0, 1.0, 2.0]].map(DVec3::from).to_vec())?;
@@ -153,7 +202,7 @@ fn edges_end_on() -> Told {
 /// All findings of these checks.
 #[must_use]
 pub fn all_wrong() -> Vec<String> {
-    let asked = [functions, rectangles, intervals, counts, edges_end_on];
+    let asked = [functions, rectangles, intervals, counts, polynomials, slopes, edges_end_on];
     asked.into_iter().flat_map(|ask| ask().unwrap_or_else(|error| vec![error.to_string()])).collect()
 }
 

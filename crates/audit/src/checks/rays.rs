@@ -8,10 +8,14 @@ mod products;
 
 use glam::DVec3;
 use radgrad_core::Polygon;
-use radgrad_scene::{Counted, FactorMatrix, FactorSettings, FormFactors, RayFactors, RayRow, RaySettings, Scene, largest};
+use radgrad_scene::{
+    BlockOperator, Counted, FactorMatrix, FactorOperator, FactorSettings, FormFactors, RayFactors, RayRow, RaySettings, Scene,
+    largest,
+};
 
 use crate::cases::sampler::Sampler;
 use crate::measures::measure::is_worse;
+use crate::scenes::draw::quad;
 use crate::scenes::pieces::scene_of;
 use model::Model;
 
@@ -78,6 +82,7 @@ struct Counts<'a> {
 #[must_use]
 pub fn all_wrong(scenes: u64) -> Vec<String> {
     let mut findings = grids();
+    findings.extend(whole_block().unwrap_or_else(|error| vec![error]));
     for index in 0..scenes {
         let wrong = in_room(index).unwrap_or_else(|error| vec![error]);
         findings.extend(wrong.into_iter().map(|finding| format!("rays {index}: {finding}")));
@@ -124,7 +129,7 @@ fn in_room(index: u64) -> Result<Vec<String>, String> {
     let asked = Counts { scene: &scene, factors: &factors, settings, counted, truth };
     let whole = asked.made(settings)?;
     let mut findings = asked.judged(&whole, 0.0)?;
-    findings.extend(near(&asked, &whole));
+    findings.extend(near(&asked, &whole).map_err(said)?);
     findings.extend(products::wrong(&asked, &whole)?);
     findings.extend(read_back(&whole));
     let least = 4e-3;
@@ -201,9 +206,11 @@ impl Counts<'_> {
     }
 }
 
-/// Pairs that are near and in free sight: exact, and among them all that share a corner and have nothing in between.
-fn near(asked: &Counts<'_>, factors: &RayFactors) -> Vec<String> {
+/// Pairs that are near and in free sight: exact, with the bounds of a factor of so many digits, and among them all that share a corner and have
+/// nothing in between.
+fn near(asked: &Counts<'_>, factors: &RayFactors) -> Result<Vec<String>, radgrad_scene::Error> {
     let mut findings = Vec::new();
+    let settings = FactorSettings { relative_estimate: 1e-6, estimate: 1e-6, ..FactorSettings::default() };
     let polygons: Vec<&Polygon> = asked.scene.polygons().collect();
     for RayRow { face, entries, .. } in factors.rows(0..factors.faces().len()) {
         for entry in entries {
@@ -217,9 +224,16 @@ fn near(asked: &Counts<'_>, factors: &RayFactors) -> Vec<String> {
             if entry.is_exact && is_worse((entry.factor - truth).abs(), entry.upper - entry.factor + TRUTH) {
                 findings.push(format!("the factor {face} to {} is {truth}, not {}", entry.face, entry.factor));
             }
+            if entry.is_exact && face < entry.face {
+                let bound = asked.factors.between(face, entry.face, &settings)?;
+                let room = 1e-3 * (bound.upper - bound.lower);
+                if is_worse(entry.lower, bound.lower + room) || is_worse(bound.upper - room, entry.upper) {
+                    findings.push(format!("the factor {face} to {} is {entry:?}, proven is {bound:?}", entry.face));
+                }
+            }
         }
     }
-    findings
+    Ok(findings)
 }
 
 /// Factors as bytes, whole and in part.
@@ -229,6 +243,10 @@ fn read_back(factors: &RayFactors) -> Vec<String> {
     if RayFactors::from_bytes(&bytes).ok().as_ref() != Some(factors) {
         findings.push("factors that were kept are others".to_owned());
     }
+    // The logarithm, the confidence, the first area and the first multiplier.
+    let first = 64 + 4 * factors.faces().len();
+    let places = [(40, false), (48, false), (first, false), (first + 8 * factors.len(), true)];
+    findings.extend(products::damaged(&bytes, 32, &places, |bytes| RayFactors::from_bytes(bytes).is_ok()));
     let longer = [&bytes[..], &[0]].concat();
     let parts = [0, 15, 16, 40, bytes.len() / 3, bytes.len() - 1].map(|end| &bytes[..end]);
     for part in parts.into_iter().chain([&longer[..], &bytes[1..]]) {
@@ -237,6 +255,22 @@ fn read_back(factors: &RayFactors) -> Vec<String> {
         }
     }
     findings
+}
+
+/// As many faces as a block has places on a side, of which few meet each other's rays: they stay one block, which is read back.
+fn whole_block() -> Result<Vec<String>, String> {
+    let said = |error: radgrad_scene::Error| error.to_string();
+    let tile = |k: u32| quad(DVec3::new(f64::from(k % 16), f64::from(k / 16), 0.0), DVec3::X * 0.5, DVec3::Y * 0.5);
+    let mut above = quad(DVec3::new(7.0, 7.0, 8.0), DVec3::X, DVec3::Y);
+    above.reverse();
+    let scene = scene_of((0..255).map(tile).chain([above]).collect())?;
+    let factors = FormFactors::new(&scene).map_err(said)?;
+    let settings = RaySettings { rays: Some(4), seed: 5, ..RaySettings::default() };
+    let counted = factors.count_rays(0..256, &settings, |_| ()).map_err(said)?;
+    let operator = FactorOperator::new(factors.by_rays(counted, &settings).map_err(said)?);
+    let blocks = operator.blocks(&factors.middles(), 1e-9).map_err(said)?;
+    let back = BlockOperator::from_bytes(&blocks.to_bytes());
+    Ok((back.ok().as_ref() != Some(&blocks)).then(|| "a block of 256 faces is another one".to_owned()).into_iter().collect())
 }
 
 /// A few rays a face: an unseen factor then has the upper limit of both directions together.

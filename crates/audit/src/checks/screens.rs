@@ -2,7 +2,10 @@
 //!
 //! The light past a screen and the light past the rest of its plane add up to the free light, whatever the screen: so values are held against each other.
 
+use std::f64::consts::PI;
+
 use glam::DVec3;
+use radgrad_certificate::{Request, certify};
 use radgrad_core::{Emission, Emitter, Polygon, Receiver, Tolerance, evaluate_value};
 use radgrad_scene::{Factor, FactorSettings, FormFactors, Scene, gauss_legendre, probes};
 
@@ -85,6 +88,34 @@ impl Drawn {
         of_faces(outlines.map(|outline| outline.iter().map(place).collect()))
     }
 
+    /// Contradictions by the certificate of a lamp, which is the second face, at a slant: the first face reflects half, all else is black. Nothing
+    /// is where coordinates are 0.
+    fn certified(mut self, seed: u64) -> Result<Vec<String>, String> {
+        let corners = self.faces.iter_mut().chain(&mut self.screens).flatten();
+        corners.for_each(|corner| *corner += DVec3::new(2.0 * corner.z - 3.0, 3.0, 1.5));
+        let [rough, factor] = [self.by_points(3)?, self.by_points(5)?];
+        let slack = 2.0 * (factor - rough).abs() + 1e-9;
+        let said = |error: radgrad_scene::Error| error.to_string();
+        let mut scene = Scene::new(["grey"]).map_err(said)?;
+        let materials = [[0.5, 0.0], [0.0, 1.0 / PI], [0.0, 0.0]].map(|[rho, radiance]| {
+            let name = format!("{rho} {radiance}");
+            scene.add_material(name, [rho], [radiance]).map_err(said)
+        });
+        let mut areas = Vec::new();
+        for (k, outline) in self.faces.iter().chain(&self.screens).enumerate() {
+            let surface = scene.add_surface(k.to_string());
+            let polygon = Polygon::new(outline.clone()).map_err(|error| error.to_string())?;
+            areas.push(polygon.area());
+            scene.add_face(surface, materials[k.min(2)].clone()?, polygon, None).map_err(said)?;
+        }
+        let request = Request { width: 0.01, rays: 2000, seed, delta: 1e-6 };
+        let reflected = certify(&scene, &request).map_err(|error| error.to_string())?.reflected[0];
+        let share = 0.5 * areas[0] / areas.iter().sum::<f64>();
+        let [least, most] = [factor - slack, factor + slack].map(|factor| share * factor);
+        let is_beside = is_worse(reflected.lower, most) || is_worse(least, reflected.upper);
+        Ok(is_beside.then(|| format!("{least:e} to {most:e} is reflected, certified is {reflected:?}")).into_iter().collect())
+    }
+
     /// The factor from the first face to the second, by points of cells along each side of the first.
     fn by_points(&self, cells: u32) -> Result<f64, String> {
         let polygon = |outline: &Vec<DVec3>| Polygon::new(outline.clone()).map_err(|error| error.to_string());
@@ -147,7 +178,8 @@ pub fn of_drawn(index: u64) -> Result<Vec<String>, String> {
     let drawn = Drawn::new(&mut Sampler::new(19, "screens", index), kind);
     let [rough, truth] = [drawn.by_points(3)?, drawn.by_points(5)?];
     let slack = 2.0 * (truth - rough).abs() + 1e-9;
-    let mut findings = Vec::new();
+    let mut findings = drawn.clone().certified(index)?;
+    findings.iter_mut().for_each(|finding| finding.insert_str(0, &format!("screens {index}: ")));
     for power in [1.0, SMALL] {
         let scene = drawn.scene(index, power)?;
         let [areas, back] = [[0, 1], [1, 0]].map(|order| (scene.faces()[order[0]].polygon().area(), factors(&scene, order)));
@@ -249,8 +281,9 @@ pub(crate) fn recorded(index: u64) -> Result<Vec<(f64, f64)>, String> {
 /// How many of its lengths an edge starts before where it does.
 const EARLIER: [f64; 4] = [0.0, 1024.0, (1u64 << 20) as f64, (1u64 << 26) as f64];
 
-/// Bounds on the share of segments that pass outside one edge, which starts farther and farther away on its line: rounding takes more and more.
-fn shares(index: u64) -> Result<[[f64; 2]; 4], String> {
+/// Bounds on the share of segments that pass outside one edge, which starts farther and farther away on its line: rounding takes more and more; and
+/// that share by points.
+fn shares(index: u64) -> Result<([[f64; 2]; 4], f64), String> {
     let s = &mut Sampler::new(25, "shares", index);
     let size = [0.5, 0.03, 1e-3][s.below(3) as usize];
     let mut cell = |z: f64| {
@@ -264,19 +297,64 @@ fn shares(index: u64) -> Result<[[f64; 2]; 4], String> {
     // Few digits, so that all starts are on one line exactly.
     let mut few = |range: f64| (s.between(-range, range) * 256.0).round() / 256.0;
     let (start, along) = (DVec3::new(few(0.3) * size, few(0.3) * size, 0.5 + few(0.2)), DVec3::new(few(1.0), few(1.0), few(0.3)));
-    Ok(EARLIER.map(|lengths| {
+    let bounds = EARLIER.map(|lengths| {
         let from = start - along * lengths;
         probes::share_outside([&a, &b], [from, from + along])
-    }))
+    });
+    Ok((bounds, share_by_points([a.vertices(), b.vertices()], start, along)))
 }
 
-/// Violations by shares beside a drawn edge: they are the same wherever it starts on its line.
+/// The share of the segments from one outline to another that have a line on the one side, by points of the first.
+fn share_by_points([from, to]: [&[DVec3]; 2], start: DVec3, along: DVec3) -> f64 {
+    let area = |outline: &[DVec3]| {
+        let fan = outline.windows(2).map(|two| (two[0] - outline[0]).cross(two[1] - outline[0]));
+        0.5 * fan.sum::<DVec3>().length()
+    };
+    // Of the part where the heights are above 0.
+    let part = |heights: &dyn Fn(DVec3) -> f64| {
+        let mut part = Vec::new();
+        for (k, &p) in to.iter().enumerate() {
+            let next = to[(k + 1) % to.len()];
+            let [h, other] = [heights(p), heights(next)];
+            if h >= 0.0 {
+                part.push(p);
+            }
+            if h * other < 0.0 {
+                part.push(p + (next - p) * (h / (h - other)));
+            }
+        }
+        if part.len() > 2 { area(&part) / area(to) } else { 0.0 }
+    };
+    let mut share = 0.0;
+    for two in from[1..].windows(2) {
+        let triangle = [from[0], two[0], two[1]];
+        let weight = area(&triangle) / (area(from) * f64::from(POINTS * POINTS));
+        // Middles of the parts either way up.
+        for (i, j) in (0..POINTS).flat_map(|i| (0..POINTS).map(move |j| (i, j))) {
+            let [u, v, third] = if i + j < POINTS { [i, j, 1] } else { [POINTS - 1 - i, POINTS - 1 - j, 2] };
+            let [u, v] = [u, v].map(|place| (f64::from(place) + f64::from(third) / 3.0) / f64::from(POINTS));
+            let x = triangle[0] + (triangle[1] - triangle[0]) * u + (triangle[2] - triangle[0]) * v;
+            let normal = (start - x).cross(along);
+            share += weight * part(&|y| normal.dot(y - x));
+        }
+    }
+    share
+}
+
+/// Points along a side, and what they leave of a share.
+const POINTS: u32 = 10;
+const OF_POINTS: f64 = 0.01;
+
+/// Violations by shares beside a drawn edge: they are the same wherever it starts on its line, and that of points.
 ///
 /// # Errors
 /// If a cell is refused: why.
 pub fn of_shares(index: u64) -> Result<Vec<String>, String> {
-    let entries = shares(index)?;
+    let (entries, share) = shares(index)?;
     let [low, high] = entries[0];
+    if is_worse(low, share + OF_POINTS) || is_worse(share - OF_POINTS, high) {
+        return Ok(vec![format!("share {index} is in {:?}, by points it is {share}", entries[0])]);
+    }
     let apart = entries.iter().find(|[least, most]| !(least <= &high && &low <= most));
     Ok(apart.map(|other| format!("share {index} is in {:?}, and in {other:?}", entries[0])).into_iter().collect())
 }
@@ -286,7 +364,7 @@ pub fn of_shares(index: u64) -> Result<Vec<String>, String> {
 /// # Errors
 /// If a cell is refused: why.
 pub(crate) fn recorded_shares(index: u64) -> Result<Vec<(f64, f64)>, String> {
-    Ok(shares(index)?.map(|[least, most]| (0.5 * (least + most), 0.5 * (most - least))).to_vec())
+    Ok(shares(index)?.0.map(|[least, most]| (0.5 * (least + most), 0.5 * (most - least))).to_vec())
 }
 
 /// Violations by the value of a factor of which little is asked, past a screen that leaves the far corners of two unit squares alone: no point inside
@@ -304,7 +382,7 @@ pub fn of_corners(index: u64) -> Result<Vec<String>, String> {
     let factors = FormFactors::new(&scene).map_err(said)?;
     let settings = FactorSettings { tolerance: 0.5, estimate: 1.0, relative_estimate: 1.0, ..FactorSettings::default() };
     // The kernel at the corners is `1/pi`, and less elsewhere; the free pairs are a corner of a hypercube.
-    let light = (2.0 * d).powi(4) / (24.0 * std::f64::consts::PI);
+    let light = (2.0 * d).powi(4) / (24.0 * PI);
     let mut findings = Vec::new();
     for [from, to] in [[0, 1], [1, 0]] {
         let Factor { value, upper, estimate, .. } = factors.between(from, to, &settings).map_err(said)?;

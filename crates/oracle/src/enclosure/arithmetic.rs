@@ -25,7 +25,7 @@ pub enum Arithmetic {
 
 /// A floating-point number that knows the rounding error of its operations.
 pub(crate) trait Real: Clone + Debug + Send + Sync + 'static {
-    /// A double, exactly.
+    /// A double that is 0 or normal, exactly.
     fn from_f64(value: f64, bits: usize) -> Self;
     /// The number nearest or next to a dyadic rational, and a bound on the difference.
     fn from_exact(exact: &Exact, bits: usize) -> (Self, f64);

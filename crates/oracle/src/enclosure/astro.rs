@@ -4,7 +4,7 @@
 use astro_float::{BigFloat, RoundingMode, Sign, WORD_BIT_SIZE};
 
 use crate::enclosure::arithmetic::Real;
-use crate::enclosure::exact::{Exact, big, scaled};
+use crate::enclosure::exact::{Exact, scaled};
 use crate::enclosure::legendre::Rules;
 
 const NEAREST: RoundingMode = RoundingMode::ToEven;
@@ -53,7 +53,7 @@ fn half_unit(result: &BigFloat, bits: usize) -> f64 {
 
 impl Real for Astro {
     fn from_f64(value: f64, bits: usize) -> Self {
-        Self { value: big(value, bits), bits }
+        Self { value: BigFloat::from_f64(value, bits), bits }
     }
 
     fn from_exact(exact: &Exact, bits: usize) -> (Self, f64) {

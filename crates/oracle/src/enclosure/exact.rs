@@ -327,18 +327,6 @@ fn widened(word: Word) -> u64 {
     u64::from(word)
 }
 
-/// A double as a number of `bits` bits. The conversion of the arithmetic halves subnormal doubles, so those are lifted first.
-pub(crate) fn big(value: f64, bits: usize) -> BigFloat {
-    if value == 0.0 || value.abs() >= f64::MIN_POSITIVE {
-        return BigFloat::from_f64(value, bits);
-    }
-    let mut lifted = BigFloat::from_f64(scaled(value, 64), bits);
-    if let Some(exponent) = lifted.exponent() {
-        lifted.set_exponent(exponent - 64);
-    }
-    lifted
-}
-
 impl From<f64> for Exact {
     fn from(value: f64) -> Self {
         if !value.is_finite() {
@@ -453,7 +441,7 @@ mod tests {
             prop_assume!(doubles.iter().all(|value| *value != 0.0));
             let [a, b, c, d, e, f] = doubles.map(Exact::from);
             let x = &(&a * &b) + &(&c * &d);
-            let [p, q, r, s, t, u] = doubles.map(|value| big(value, 64));
+            let [p, q, r, s, t, u] = doubles.map(|value| BigFloat::from_f64(value, 64));
             let y = p.mul_full_prec(&q).add_full_prec(&r.mul_full_prec(&s));
             prop_assert_eq!(&Exact::of_big(&y), &x);
             prop_assert_eq!(&Exact::of_big(&x.to_big()), &x);

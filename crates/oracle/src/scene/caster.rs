@@ -122,7 +122,7 @@ struct Shear {
 impl Shear {
     fn new(direction: DVec3) -> Self {
         let d = direction.to_array();
-        let along = (0..3).fold(0, |best, axis| if d[axis].abs() > d[best].abs() { axis } else { best });
+        let along = direction.abs().max_position();
         let axes = [(along + 1) % 3, (along + 2) % 3, along];
         Self { axes, slopes: [d[axes[0]] / d[along], d[axes[1]] / d[along]] }
     }

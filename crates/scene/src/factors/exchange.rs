@@ -38,8 +38,9 @@ pub(super) struct Exchange {
 impl Exchange {
     /// One of which only this range is known.
     pub(super) fn within([least, most]: [f64; 2]) -> Self {
+        // Rounded, it may be nearer to one end than to the other, and even that end.
         let area = 0.5 * (least + most);
-        Self { area, error: (most - area) * (1.0 + 2.0 * f64::EPSILON) }
+        Self { area, error: larger(most - area, area - least) * (1.0 + 2.0 * f64::EPSILON) }
     }
 
     /// The exchange of what remains without a part. `off` is a bound on what the cut between the two moved.

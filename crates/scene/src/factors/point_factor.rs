@@ -150,11 +150,11 @@ impl PointFactor {
                 self.outline.push(a + (b - a) * (h / (h - next)));
             }
         }
-        let is_before = self.outline.iter().any(|&s| height(s) > 0.0);
-        let count = self.outline.len();
-        if count < 3 || !is_before {
+        // What has a point before the horizon has two more, where it comes down to it on either side.
+        if !self.outline.iter().any(|&s| height(s) > 0.0) {
             return;
         }
+        let count = self.outline.len();
         self.sides.extend((0..count).map(|k| self.outline[k].cross(self.outline[(k + 1) % count]) * sign));
     }
 

@@ -89,8 +89,10 @@ pub(super) fn wrong(asked: &Counts<'_>, factors: &RayFactors) -> Result<Vec<Stri
             findings.push("with the other sign a product has other errors".to_owned());
         }
     }
-    findings.extend(columns(&operator, [&first, &second]).map_err(said)?);
+    let both = [&first[..], &second];
+    findings.extend(columns(|q, columns| operator.apply_many(q, columns), both).map_err(said)?);
     for blocks in [&fine, &rough] {
+        findings.extend(columns(|q, columns| blocks.apply_many(q, columns), both).map_err(said)?);
         findings.extend(reciprocal(blocks, asked.truth.areas()).map_err(said)?);
         let bytes = blocks.to_bytes();
         if BlockOperator::from_bytes(&bytes).ok().as_ref() != Some(blocks) {
@@ -100,22 +102,45 @@ pub(super) fn wrong(asked: &Counts<'_>, factors: &RayFactors) -> Result<Vec<Stri
         if [&bytes[..bytes.len() - 1], &bytes[1..], &longer[..]].into_iter().any(|part| BlockOperator::from_bytes(part).is_ok()) {
             findings.push("other bytes are taken for blocks".to_owned());
         }
+        // The logarithm and the first area, and what of each face's sums is no count.
+        let first = 64;
+        let places = [(56, false), (first, false), (first + 8 * count, true), (first + 16 * count, true)];
+        findings.extend(damaged(&bytes, 48, &places, |bytes| BlockOperator::from_bytes(bytes).is_ok()));
     }
     Ok(findings)
 }
 
 /// Lists at once are those one after the other.
-fn columns(operator: &FactorOperator, [first, second]: [&[f64]; 2]) -> Result<Vec<String>, radgrad_scene::Error> {
+fn columns(
+    products: impl Fn(&[f64], usize) -> Result<Vec<f64>, radgrad_scene::Error>,
+    [first, second]: [&[f64]; 2],
+) -> Result<Vec<String>, radgrad_scene::Error> {
     const COLUMNS: usize = 10;
     let column = |k: usize| if k.is_multiple_of(3) { first } else { second };
     let together: Vec<f64> = (0..first.len()).flat_map(|face| (0..COLUMNS).map(move |k| column(k)[face])).collect();
-    let products = operator.apply_many(&together, COLUMNS)?;
-    let single = [operator.apply(first)?, operator.apply(second)?];
+    let several = products(&together, COLUMNS)?;
+    let single = [products(first, 1)?, products(second, 1)?];
     let differs = |k: usize| {
         let expected = &single[usize::from(!k.is_multiple_of(3))];
-        (0..first.len()).any(|face| is_worse((products[face * COLUMNS + k] - expected[face]).abs(), 1e-12))
+        (0..first.len()).any(|face| is_worse((several[face * COLUMNS + k] - expected[face]).abs(), 1e-12))
     };
     Ok((0..COLUMNS).filter(|&k| differs(k)).map(|k| format!("list {k} of {COLUMNS} at once has another product")).collect())
+}
+
+/// Bytes that are taken though the number of rays is 0, or the number at one of these places is not above 0, or below it where it may be 0.
+pub(super) fn damaged(bytes: &[u8], rays: usize, places: &[(usize, bool)], is_taken: impl Fn(&[u8]) -> bool) -> Vec<String> {
+    let with = |at: usize, number: [u8; 8]| {
+        let mut bytes = bytes.to_vec();
+        bytes[at..at + 8].copy_from_slice(&number);
+        is_taken(&bytes)
+    };
+    let wrong = [-1e-3_f64, f64::NAN, f64::INFINITY, 0.0];
+    let none = with(rays, [0; 8]).then(|| "bytes of no rays are taken".to_owned());
+    let number = |(at, may_be_none): &(usize, bool)| {
+        let number = wrong[..if *may_be_none { 3 } else { 4 }].iter().find(|number| with(*at, number.to_le_bytes()))?;
+        Some(format!("bytes are taken with {number} at {at}"))
+    };
+    none.into_iter().chain(places.iter().filter_map(number)).collect()
 }
 
 /// A face gets of another one as much as it gives.

@@ -93,13 +93,12 @@ impl Source {
     fn direction(&self, u: f64, v: f64) -> DVec3 {
         let [a, b] = [2.0 * u - 1.0, 2.0 * v - 1.0];
         let quarter = std::f64::consts::FRAC_PI_4;
-        let (x, y) = if a == 0.0 && b == 0.0 {
-            (0.0, 0.0)
-        } else if a.abs() > b.abs() {
+        let (x, y) = if a.abs() > b.abs() {
             let (sin, cos) = libm::sincos(quarter * b / a);
             (a * cos, a * sin)
         } else {
-            let (sin, cos) = libm::sincos(quarter * a / b);
+            // In the middle both are 0; any other b is too large for this to change it.
+            let (sin, cos) = libm::sincos(quarter * a / (b + f64::MIN_POSITIVE));
             (b * sin, b * cos)
         };
         let [along, across, normal] = self.frame;

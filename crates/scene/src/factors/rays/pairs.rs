@@ -443,7 +443,9 @@ impl RayFactors {
 
     fn near_entry(&self, (i, j): (usize, usize), near: &Near) -> RayEntry {
         let area = self.known.areas[i];
-        let [factor, error] = [near.area / area, near.error / area * (1.0 + 8.0 * f64::EPSILON)];
+        // The area and the division err by a few roundings.
+        let error = (near.error + 8.0 * f64::EPSILON * near.area) / area * (1.0 + 8.0 * f64::EPSILON);
+        let factor = near.area / area;
         RayEntry { face: j, factor, lower: larger(factor - error, 0.0), upper: factor + error, is_exact: true }
     }
 
