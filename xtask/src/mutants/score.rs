@@ -27,13 +27,16 @@ const DOUBT: f64 = 0.05;
 pub(crate) struct Known {
     /// Faults of which nothing is wrong.
     #[serde(default)]
-    harmless: Vec<Harmless>,
+    harmless: Vec<KnownFault>,
+    /// Faults with which something is wrong that no check comes to.
+    #[serde(default)]
+    survivor: Vec<KnownFault>,
 }
 
 /// A fault by its place: wherever the line stands now.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Harmless {
+struct KnownFault {
     file: String,
     /// The text of the line.
     line: String,
@@ -48,17 +51,20 @@ impl Known {
         let text = fs::read_to_string(file).map_err(|error| format!("{}: {error}", file.display()))?;
         Ok(toml::from_str(&text)?)
     }
+}
 
-    /// Why a fault is harmless, if that is known.
-    fn why(&self, drawn: &Drawn, sources: &[Source]) -> Option<&str> {
+/// Why nothing notices a fault, if it is one of some.
+fn why<'a>(known: &'a [KnownFault], drawn: &Drawn, sources: &[Source]) -> Option<&'a str> {
+    known.iter().find(|known| known.is(drawn, sources)).map(|known| known.why.as_str())
+}
+
+impl KnownFault {
+    fn is(&self, drawn: &Drawn, sources: &[Source]) -> bool {
         let (path, (_, line), text) = (&sources[drawn.file].path, drawn.line(sources), drawn.text(sources));
-        let is_it = |known: &&Harmless| {
-            known.file == *path
-                && known.line == line
-                && known.place == text
-                && known.operators.iter().any(|operator| operator == drawn.fault.operator)
-        };
-        self.harmless.iter().find(is_it).map(|known| known.why.as_str())
+        self.file == *path
+            && self.line == line
+            && self.place == text
+            && self.operators.iter().any(|operator| operator == drawn.fault.operator)
     }
 }
 
@@ -105,14 +111,14 @@ pub(crate) struct Row {
 impl Row {
     /// A harmless fault that is noticed is none: then what is known is wrong.
     pub(crate) fn new(drawn: &Drawn, sources: &[Source], seen: Seen, seconds: f64, known: &Known) -> Self {
-        let why = known.why(drawn, sources);
-        let (verdict, by) = match (seen, why) {
+        let unnoticed = || why(&known.survivor, drawn, sources).unwrap_or_default().to_owned();
+        let (verdict, by) = match (seen, why(&known.harmless, drawn, sources)) {
             (Seen::Truth { check, what }, _) => (Verdict::ByTruth, format!("{check}: {what}")),
             (Seen::Record { check, what }, _) => (Verdict::ByRecord, format!("{check}: {what}")),
             (_, Some(why)) => (Verdict::Harmless, why.to_owned()),
-            (Seen::Nothing, None) => (Verdict::Unnoticed, String::new()),
-            (Seen::NeverDiffers, None) => (Verdict::NeverDiffers, String::new()),
-            (Seen::Unreached, None) => (Verdict::Unreached, String::new()),
+            (Seen::Nothing, None) => (Verdict::Unnoticed, unnoticed()),
+            (Seen::NeverDiffers, None) => (Verdict::NeverDiffers, unnoticed()),
+            (Seen::Unreached, None) => (Verdict::Unreached, unnoticed()),
         };
         let (line, text) = drawn.line(sources);
         Self {
@@ -303,19 +309,19 @@ mod tests {
     fn what_is_known_of_is_still_there_and_has_a_reason() {
         let known = Known::read(&in_workspace("data/mutants.toml")).unwrap();
         let mut gone = Vec::new();
-        for harmless in &known.harmless {
-            let text = fs::read_to_string(in_workspace(&harmless.file)).unwrap();
+        for known in known.harmless.iter().chain(&known.survivor) {
+            let text = fs::read_to_string(in_workspace(&known.file)).unwrap();
             let faults = places::faults(&text).unwrap();
-            let sources = [Source { path: harmless.file.clone(), text }];
-            for operator in &harmless.operators {
-                let is_it = |fault: &&places::Fault| {
-                    fault.operator == operator && known.why(&Drawn { file: 0, fault: (*fault).clone() }, &sources).is_some()
+            let sources = [Source { path: known.file.clone(), text }];
+            for operator in &known.operators {
+                let is_it = |fault: &places::Fault| {
+                    fault.operator == operator && known.is(&Drawn { file: 0, fault: fault.clone() }, &sources)
                 };
-                if !faults.iter().any(|fault| is_it(&fault)) {
-                    gone.push(format!("{}: {}: {operator}", harmless.file, harmless.line));
+                if !faults.iter().any(is_it) {
+                    gone.push(format!("{}: {}: {operator}", known.file, known.line));
                 }
             }
-            assert!(harmless.why.len() > 40, "{}", harmless.line);
+            assert!(known.why.len() > 40, "{}", known.line);
         }
         assert!(gone.is_empty(), "{gone:#?}");
     }
