@@ -41,9 +41,9 @@ const DEGREES: usize = 14;
 const USUAL: f64 = 4.5;
 const ENOUGH: f64 = 1e-7;
 
-/// `b_k`, 0 below.
+/// `b_k`, which is 0 for the k of -1 and -2 as well.
 fn gegenbauer(k: isize) -> f64 {
-    if k < 0 { 0.0 } else { ((k + 1) * (k + 2) * (k + 3)) as f64 / 6.0 }
+    ((k + 1) * (k + 2) * (k + 3)) as f64 / 6.0
 }
 
 /// The factors of `h/D` and of 1 in the bound on terms of order k.

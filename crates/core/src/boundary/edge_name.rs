@@ -38,7 +38,7 @@ impl EdgeName {
     /// Whether the point is exactly on the line of the edge: it is, seen along each axis.
     pub(crate) fn is_in_line_with(self, point: DVec3) -> bool {
         let [a, b] = self.ends();
-        let points = [a, b, point + 0.0];
+        let points = [a, b, point];
         if points[..2].contains(&points[2]) {
             return true;
         }

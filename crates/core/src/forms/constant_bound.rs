@@ -63,9 +63,8 @@ pub(super) fn of_horizon(arc: &Arc<f64>) -> (f64, f64) {
     if first.xi.max(last.xi) > MOST_DISPLACED || g + dg * SECOND_ORDER >= std::f64::consts::PI {
         return (f64::INFINITY, f64::INFINITY);
     }
-    let light = first.xi * first.xi * first.xi + last.xi * last.xi * last.xi;
     // The term's `|n1.N|` is 1.
-    (dg + 5.5 * U * g + light, 0.5 * (first.xi * first.xi * q + last.xi * last.xi * p))
+    (dg + 5.5 * U * g, 0.5 * (first.xi * first.xi * q + last.xi * last.xi * p))
 }
 
 impl BoundedSum {

@@ -95,12 +95,11 @@ impl<S: Simd> LaneBall<S> {
     }
 
     /// Halves of logarithms, given their middles as they are found from those of the numbers: `|ln a - ln a'| <= q/(1 - q) <= 1.1 q`,
-    /// `q = |a - a'|/a` up to 1/11.
+    /// `q = |a - a'|/a` up to 1/11. None is known of numbers that are not positive.
     #[inline(always)]
     pub fn half_logarithm(self, middle: f64x4<S>) -> Self {
-        let ratio = self.radius / self.middle;
-        let radius = ratio * 0.55 + middle.abs() * (LIBRARY * ROUNDOFF) + TINY;
-        Self::bounded_where(ratio.like(0.09).exceeds(ratio), middle, radius)
+        let radius = self.radius / self.middle * 0.55 + middle.abs() * (LIBRARY * ROUNDOFF) + TINY;
+        Self::bounded_where((self.middle * 0.09).exceeds(self.radius), middle, radius)
     }
 
     #[inline(always)]

@@ -35,6 +35,8 @@
 //! of E is at most `2 s/a` steep, a the least altitude of a triangle of its vertices, and Q rises faster. Nor where a plane through
 //! x and an edge of E parts the two.
 
+use std::cmp::Ordering;
+
 use glam::DVec3;
 use radgrad_numbers::exact::orientation;
 use radgrad_numbers::number::ROUNDOFF;
@@ -178,16 +180,11 @@ impl Doubt {
                 let r = (p - x) * plan.power;
                 let height = normal.dot(r);
                 let unsure = 16.0 * ROUNDOFF * length(u) * length(v) * length(r) + f64::MIN_POSITIVE;
-                if height.abs() > unsure {
-                    height.signum()
-                } else if name.is_in_line_with(p) {
-                    0.0
-                } else {
-                    f64::NAN
-                }
+                if height.abs() > unsure { height.partial_cmp(&0.0) } else { name.is_in_line_with(p).then_some(Ordering::Equal) }
             };
             // Counter-clockwise as the receiver sees it, the emitter is where the normal's heights are negative.
-            emitter.vertices().iter().all(|&p| side(p) <= 0.0) && part.iter().all(|&p| side(p) >= 0.0)
+            emitter.vertices().iter().all(|&p| side(p).is_some_and(Ordering::is_le))
+                && part.iter().all(|&p| side(p).is_some_and(Ordering::is_ge))
         })
     }
 

@@ -40,7 +40,7 @@ use radgrad_numbers::vec3::Vec3;
 use crate::boundary::plan::{Horizon, Plan};
 use crate::forms::edge_lanes::linear::Added;
 use crate::forms::edge_lanes::shares::{Shared, next_of, rows};
-use crate::forms::edge_lanes::{EdgeLanes, INSTRUCTION_SET, height_over_plane, plan};
+use crate::forms::edge_lanes::{EdgeLanes, INSTRUCTION_SET, plan};
 use crate::forms::linear::{LinearSum, SeenLinear};
 use crate::forms::linear_bound::Errors;
 use crate::problem::emission::Emitter;
@@ -72,15 +72,12 @@ fn on_lanes<S: Simd>(simd: S, receiver: &Receiver, emitter: &Emitter, plan: Plan
     let count = polygon.vertices().len();
     let x = splat_vector(simd, receiver.position());
     let four = EdgeLanes::new::<false>(simd, edges, x, f64x4::splat(simd, power), true)?;
-    let height = height_over_plane(simd, receiver, polygon, power);
-    let mut sum = LinearSum::new(SeenLinear::from(receiver, emitter, power, height));
+    let linear = SeenLinear::<Ball<f64>>::new(receiver, emitter, power);
+    let mut sum = LinearSum::new(SeenLinear::from(receiver, emitter, power, linear.height.value()));
     let mut errors = Errors::new(&sum, receiver, emitter, power, ROUNDOFF)?;
     let added = sum.add_four::<S, false>(simd, &four, None, count)?;
     errors.add_four::<S, false>(simd, &sum, (&four, &added), None, count)?;
-    let seen = Seen::new(receiver, emitter, polygon, power, Ball::approximate(sum.x1, errors.of_x1()));
-    if seen.linear.height.value() != height {
-        return None;
-    }
+    let seen = Seen::new(linear, polygon, Ball::approximate(sum.x1, errors.of_x1()));
     let edge = Edges::new(simd, &seen, &four, &added);
     let region = Region::new(&seen, &edge, count);
     Some(seen.shared(simd, plan, &edge, &region, count))
@@ -249,8 +246,8 @@ impl Region {
 
 impl Seen {
     #[inline(always)]
-    fn new(receiver: &Receiver, emitter: &Emitter, polygon: &Polygon, power: f64, x1: Ball<f64>) -> Self {
-        let (linear, axes) = (SeenLinear::<Ball<f64>>::new(receiver, emitter, power), axes(polygon));
+    fn new(linear: SeenLinear<Ball<f64>>, polygon: &Polygon, x1: Ball<f64>) -> Self {
+        let axes = axes(polygon);
         let in_plane = |v: Vec3<Ball<f64>>| [axes[0].dot(v), axes[1].dot(v)];
         let (slope, normal) = (in_plane(linear.gradient), in_plane(linear.n1));
         Self { linear, axes, slope, normal, facing: linear.n1.dot(linear.n2), x1 }
