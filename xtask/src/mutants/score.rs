@@ -27,13 +27,16 @@ const DOUBT: f64 = 0.05;
 pub(crate) struct Known {
     /// Faults of which nothing is wrong.
     #[serde(default)]
-    harmless: Vec<Harmless>,
+    harmless: Vec<Reason>,
+    /// Faults that no check comes to: they count as unnoticed.
+    #[serde(default)]
+    survivor: Vec<Reason>,
 }
 
 /// A fault by its place: wherever the line stands now.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Harmless {
+struct Reason {
     file: String,
     /// The text of the line.
     line: String,
@@ -51,14 +54,26 @@ impl Known {
 
     /// Why a fault is harmless, if that is known.
     fn why(&self, drawn: &Drawn, sources: &[Source]) -> Option<&str> {
+        Reason::given(&self.harmless, drawn, sources)
+    }
+
+    /// Why no check notices a fault that is not harmless; nothing if that is not known.
+    fn why_unnoticed(&self, drawn: &Drawn, sources: &[Source]) -> String {
+        Reason::given(&self.survivor, drawn, sources).unwrap_or_default().to_owned()
+    }
+}
+
+impl Reason {
+    /// That for a fault, among some.
+    fn given<'a>(reasons: &'a [Self], drawn: &Drawn, sources: &[Source]) -> Option<&'a str> {
         let (path, (_, line), text) = (&sources[drawn.file].path, drawn.line(sources), drawn.text(sources));
-        let is_it = |known: &&Harmless| {
-            known.file == *path
-                && known.line == line
-                && known.place == text
-                && known.operators.iter().any(|operator| operator == drawn.fault.operator)
+        let is_it = |reason: &&Self| {
+            reason.file == *path
+                && reason.line == line
+                && reason.place == text
+                && reason.operators.iter().any(|operator| operator == drawn.fault.operator)
         };
-        self.harmless.iter().find(is_it).map(|known| known.why.as_str())
+        reasons.iter().find(is_it).map(|reason| reason.why.as_str())
     }
 }
 
@@ -110,9 +125,9 @@ impl Row {
             (Seen::Truth { check, what }, _) => (Verdict::ByTruth, format!("{check}: {what}")),
             (Seen::Record { check, what }, _) => (Verdict::ByRecord, format!("{check}: {what}")),
             (_, Some(why)) => (Verdict::Harmless, why.to_owned()),
-            (Seen::Nothing, None) => (Verdict::Unnoticed, String::new()),
-            (Seen::NeverDiffers, None) => (Verdict::NeverDiffers, String::new()),
-            (Seen::Unreached, None) => (Verdict::Unreached, String::new()),
+            (Seen::Nothing, None) => (Verdict::Unnoticed, known.why_unnoticed(drawn, sources)),
+            (Seen::NeverDiffers, None) => (Verdict::NeverDiffers, known.why_unnoticed(drawn, sources)),
+            (Seen::Unreached, None) => (Verdict::Unreached, known.why_unnoticed(drawn, sources)),
         };
         let (line, text) = drawn.line(sources);
         Self {
@@ -303,19 +318,20 @@ mod tests {
     fn what_is_known_of_is_still_there_and_has_a_reason() {
         let known = Known::read(&in_workspace("data/mutants.toml")).unwrap();
         let mut gone = Vec::new();
-        for harmless in &known.harmless {
-            let text = fs::read_to_string(in_workspace(&harmless.file)).unwrap();
+        for reason in known.harmless.iter().chain(&known.survivor) {
+            let text = fs::read_to_string(in_workspace(&reason.file)).unwrap();
             let faults = places::faults(&text).unwrap();
-            let sources = [Source { path: harmless.file.clone(), text }];
-            for operator in &harmless.operators {
-                let is_it = |fault: &&places::Fault| {
-                    fault.operator == operator && known.why(&Drawn { file: 0, fault: (*fault).clone() }, &sources).is_some()
+            let sources = [Source { path: reason.file.clone(), text }];
+            for operator in &reason.operators {
+                let is_it = |fault: &places::Fault| {
+                    let drawn = Drawn { file: 0, fault: fault.clone() };
+                    fault.operator == operator && Reason::given(std::slice::from_ref(reason), &drawn, &sources).is_some()
                 };
-                if !faults.iter().any(|fault| is_it(&fault)) {
-                    gone.push(format!("{}: {}: {operator}", harmless.file, harmless.line));
+                if !faults.iter().any(is_it) {
+                    gone.push(format!("{}: {}: {operator}", reason.file, reason.line));
                 }
             }
-            assert!(harmless.why.len() > 40, "{}", harmless.line);
+            assert!(reason.why.len() > 40, "{}", reason.line);
         }
         assert!(gone.is_empty(), "{gone:#?}");
     }
