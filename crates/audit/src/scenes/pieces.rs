@@ -410,11 +410,8 @@ mod tests {
 
     #[test]
     fn pieces_are_what_they_are_by_definition() {
-        let told =
-            [transfers(12), views(4), unseen(10), sights(16), textures(8), gathers(8), shadow_lines(12), partitions(6), rules()];
-        for found in told {
-            assert_eq!(found, Vec::<String>::new());
-        }
+        let told = [transfers(12), views(4), unseen(10), sights(16), textures(8), gathers(8), shadow_lines(12), partitions(4)];
+        assert_eq!([told.concat(), rules()].concat(), Vec::<String>::new());
     }
 
     #[test]

@@ -54,7 +54,7 @@ pub(super) fn brackets(_: &Setting<'_>) -> Vec<String> {
 pub(super) fn pieces(_: &Setting<'_>) -> Vec<String> {
     use scenes::pieces::{gathers, partitions, rules, shadow_lines, sights, textures, transfers, unseen, views};
     let told = [transfers(12), views(8), unseen(24), textures(12)];
-    [told.concat(), sights(40), gathers(12), shadow_lines(24), partitions(6), rules()].concat()
+    [told.concat(), sights(24), gathers(12), shadow_lines(18), partitions(4), rules()].concat()
 }
 
 /// Solutions and certificates with light in another unit and channels in another order.

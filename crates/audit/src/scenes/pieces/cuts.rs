@@ -82,6 +82,11 @@ fn meet([a, along]: [DVec3; 2], [b, other]: [DVec3; 2]) -> Option<[f64; 2]> {
     (square > 0.0 && apart <= 1e-8 * (along.length() + other.length())).then_some([r, t])
 }
 
+/// The distance of a point from a line.
+fn off(p: DVec3, [a, b]: [DVec3; 2]) -> f64 {
+    (p - a).reject_from((b - a).normalize()).length()
+}
+
 /// The sides of a polygon.
 fn sides(v: &[DVec3]) -> impl Iterator<Item = [DVec3; 2]> {
     (0..v.len()).map(|i| [v[i], v[(i + 1) % v.len()]])
@@ -109,7 +114,6 @@ fn lines_of(index: u64, counts: &mut Counts) -> Wrong {
     let screens: Vec<&Polygon> = mesh.polygons().iter().skip(2).collect();
     let level = ON * floor.size();
     let mut findings = Vec::new();
-    let off = |p: DVec3, [a, b]: [DVec3; 2]| (p - a).reject_from((b - a).normalize()).length();
     for (place, &[a, b]) in lines.iter().enumerate() {
         let middle = (1..10).map(|k| a.lerp(b, 0.1 * f64::from(k)));
         if let Some(x) = middle.into_iter().find(|&x| !is_aligned(x, lamp, &screens)) {
@@ -216,7 +220,7 @@ fn partition_of(index: u64) -> Wrong {
     };
     let degree = (index / 2 % 3) as usize;
     let [area, _] = shape(&whole);
-    let cut = |line: [DVec3; 2], unit: f64, ends: (usize, f64), asked: &Mutex<Vec<Vec<DVec3>>>| {
+    let cut_of = |whole: &[DVec3], line: [DVec3; 2], unit: f64, ends: (usize, f64), asked: &Mutex<Vec<Vec<DVec3>>>| {
         let of = jump(line, normal);
         let light = |places: &[DVec3]| {
             asked.lock().unwrap_or_else(std::sync::PoisonError::into_inner).push(places.to_vec());
@@ -225,6 +229,7 @@ fn partition_of(index: u64) -> Wrong {
         let scaled: Vec<DVec3> = whole.iter().map(|&p| p * unit).collect();
         parts::partition(&scaled, &[line.map(|p| p * unit)], degree, ends, &light).map_err(|error| error.to_string())
     };
+    let cut = |line, unit, ends, asked: &Mutex<Vec<Vec<DVec3>>>| cut_of(&whole, line, unit, ends, asked);
     let mut findings = Vec::new();
     // Across the middle: the light is cut where it jumps, and in any unit of length likewise.
     let line = [at([-0.1, s.between(0.2, 0.5)]), at([1.1, s.between(0.2, 0.5)])];
@@ -276,6 +281,16 @@ fn partition_of(index: u64) -> Wrong {
             [shapes.iter().map(|of| of[0]).fold(area, smallest), shapes.iter().map(|of| of[1]).fold(0.0, largest)];
         if least < 0.0099 * area || exceeds(longest, 50.0) {
             findings.push(format!("a part has the share {} of the area, one is {longest} as long as wide", least / area));
+        }
+    }
+    // Along a seventh of ten times as long a part, or of one in another unit, it is not cut, though the light jumps all along.
+    let long: Vec<DVec3> = whole.iter().map(|&p| p + u * (9.0 * (p - origin).dot(u) / u.length_squared())).collect();
+    let line = [[4.3, 0.41], [5.7, 0.41]].map(at);
+    for unit in [1.0, unit] {
+        let pieces = cut_of(&long, line, unit, (6, 1e-6), &Mutex::default())?;
+        let is_on = |p: DVec3| off(p / unit, line) <= ON;
+        if pieces.iter().any(|piece| sides(piece).any(|[a, b]| is_on(a) && is_on(b))) {
+            findings.push(format!("in a unit of {unit:e} a part is cut along a line that is short"));
         }
     }
     Ok(findings)

@@ -306,7 +306,10 @@ fn sights_of(index: u64, partly: &mut Partly) -> Wrong {
         for _ in 0..PAIRS {
             let [x, y] = [to, from].map(|element| element.point(within(element.shape(), s)));
             if to.polygon().normal().dot(y - x) > 1e-9 && from.polygon().normal().dot(x - y) > 1e-9 {
-                *if screens().any(|screen| is_hidden(x, y, screen)) { &mut hidden } else { &mut free } += 1;
+                // What lies in the plane of an end, as the back of a plate does, is beside it.
+                let is_level = |p: DVec3, screen: &Polygon| screen.normal().dot(p - screen.vertices()[0]).abs() <= 1e-9;
+                let hides = |screen: &Polygon| !is_level(x, screen) && !is_level(y, screen) && is_hidden(x, y, screen);
+                *if screens().any(hides) { &mut hidden } else { &mut free } += 1;
             }
         }
         let is_partly = free > 0 && hidden > 0;
