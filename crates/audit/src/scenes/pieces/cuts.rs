@@ -232,7 +232,8 @@ fn partition_of(index: u64) -> Wrong {
     let cut = |line, unit, ends, asked: &Mutex<Vec<Vec<DVec3>>>| cut_of(&whole, line, unit, ends, asked);
     let mut findings = Vec::new();
     // Across the middle: the light is cut where it jumps, and in any unit of length likewise.
-    let line = [at([-0.1, s.between(0.2, 0.5)]), at([1.1, s.between(0.2, 0.5)])];
+    let (from, to) = (s.between(0.2, 0.5), s.between(0.2, 0.5));
+    let line = [at([-0.1, from]), at([1.1, if is_triangle || degree == 0 { to } else { from }])];
     let asked = Mutex::default();
     let pieces = cut(line, 1.0, (24, 1e-6), &asked)?;
     let covered: f64 = pieces.iter().map(|piece| shape(piece)[0]).sum();
@@ -273,9 +274,10 @@ fn partition_of(index: u64) -> Wrong {
     if enough != 1 || more == 1 {
         findings.push(format!("{enough} parts are enough for {expected:e}, {more} for a little less"));
     }
-    // At a corner, and along a side: no part is too small, or too long.
-    for line in [[at([0.09, -0.01]), at([-0.01, 0.09])], [at([-0.1, 0.015]), at([1.1, 0.015])]] {
-        let pieces = cut(line, 1.0, (6, 1e-6), &Mutex::default())?;
+    // At a corner, and along a side: no part is too small, or too long. One cut is all that there may be.
+    let [at_corner, along] = if is_triangle { [3, 3] } else { [4, 2] };
+    for (ends, most) in [([[0.09, -0.01], [-0.01, 0.09]], at_corner), ([[-0.1, 0.015], [1.1, 0.015]], along)] {
+        let pieces = cut(ends.map(at), 1.0, (most, 1e-6), &Mutex::default())?;
         let shapes: Vec<[f64; 2]> = pieces.iter().map(|piece| shape(piece)).collect();
         let [least, longest] =
             [shapes.iter().map(|of| of[0]).fold(area, smallest), shapes.iter().map(|of| of[1]).fold(0.0, largest)];
@@ -287,7 +289,7 @@ fn partition_of(index: u64) -> Wrong {
     let long: Vec<DVec3> = whole.iter().map(|&p| p + u * (9.0 * (p - origin).dot(u) / u.length_squared())).collect();
     let line = [[4.3, 0.41], [5.7, 0.41]].map(at);
     for unit in [1.0, unit] {
-        let pieces = cut_of(&long, line, unit, (6, 1e-6), &Mutex::default())?;
+        let pieces = cut_of(&long, line, unit, (along, 1e-6), &Mutex::default())?;
         let is_on = |p: DVec3| off(p / unit, line) <= ON;
         if pieces.iter().any(|piece| sides(piece).any(|[a, b]| is_on(a) && is_on(b))) {
             findings.push(format!("in a unit of {unit:e} a part is cut along a line that is short"));

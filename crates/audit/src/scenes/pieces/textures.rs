@@ -161,15 +161,19 @@ fn gathers_of(index: u64) -> Wrong {
     let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
     let face = scene.add_textured_face(surface, material, quad([0.0; 2], 1.0, 0.0)?, &corners, None).map_err(said)?;
     let way = ["clear", "screened", "near"][(index % 3) as usize];
+    let aside = [s.uniform(), s.uniform()];
+    // Close to a texel one sees nothing else.
+    let (height, tilt) = if way == "near" { (2.0_f64.powi(-44), DVec3::ZERO) } else { (s.between(1.0, 4.0), s.cube() * 0.2) };
+    let point = u * aside[0] + v * aside[1] + DVec3::Z * height;
+    let receiver = Receiver::new(point, DVec3::NEG_Z + tilt, 1.0);
     if way == "screened" {
-        scene.add_face(surface, black, quad([-1e-7; 2], 0.5 + 2e-7, 1e-8)?, None).map_err(said)?;
+        // Halfway, and as large as just to hide the quarter.
+        let quarter = quad([-1e-9; 2], 0.5 + 2e-9, 0.0)?;
+        let screen = quarter.vertices().iter().map(|p| p.midpoint(point)).collect();
+        scene.add_face(surface, black, Polygon::new(screen).map_err(|error| error.to_string())?, None).map_err(said)?;
     }
     let mut mesh = Mesh::new(&scene, (index / 3 % 4) as usize).map_err(|error| error.to_string())?;
     mesh.divide(0).map_err(|error| error.to_string())?;
-    // Close to a texel one sees nothing else.
-    let aside = [s.uniform(), s.uniform()];
-    let height = if way == "near" { 2.0_f64.powi(-44) } else { s.between(1.0, 4.0) };
-    let receiver = Receiver::new(u * aside[0] + v * aside[1] + DVec3::Z * height, DVec3::NEG_Z + s.cube() * 0.2, 1.0);
     let receiver = receiver.map_err(|error| error.to_string())?;
     let (element, basis) = (&mesh.elements()[0], mesh.basis(0));
     let brightness = |at: [f64; 2]| scene.value_at(face, Quantity::Reflectance, element.point(at))[0];
