@@ -26,7 +26,7 @@ pub(crate) mod residual;
 pub(crate) mod sources;
 mod supersolution;
 pub(crate) mod unsampled;
-mod visible_sources;
+pub(crate) mod visible_sources;
 
 use std::sync::OnceLock;
 

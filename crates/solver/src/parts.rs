@@ -1,18 +1,24 @@
 //! The pieces of a solution, each asked by itself, for those who hold it to a truth of its own. No part of the interface.
 
-use radgrad_core::Receiver;
+use radgrad_core::{DVec3, Receiver};
 use radgrad_scene::Scene;
 
 use crate::clock::Clock;
 use crate::error::Error;
-use crate::estimate::unsampled::{Edges, Outlined};
+use crate::estimate::unsampled::{self, Edges, Outlined};
+use crate::estimate::visible_sources::VisibleSources;
 use crate::links::cell::Rules;
 use crate::links::cluster::glow::ClusterEmission;
 use crate::links::cluster::sampled::Draw;
+use crate::links::rays::centres;
 use crate::links::station::Station;
-use crate::links::transfer::Optics;
-use crate::mesh::basis::MAX_DEGREE;
-use crate::mesh::clusters::Cluster;
+use crate::links::transfer::{Optics, Row};
+use crate::mesh::basis::{Basis, MAX_DEGREE};
+use crate::mesh::clusters::{self, Cluster};
+use crate::mesh::partition::{self, Known, Sample};
+use crate::mesh::shadow::{Scenery, lines};
+use crate::mesh::shape::Shape;
+use crate::mesh::surfaces::Surfaces;
 use crate::mesh::texture::{Pattern, patterns};
 use crate::mesh::{Mesh, Sight};
 
@@ -57,11 +63,61 @@ fn optics<'a>(mesh: &'a Mesh, rules: &'a Rules, error: f64, cells: usize) -> Opt
     Optics { mesh, rules, absolute: error, past: error, cells, brightness: 1.0, clock: Clock::started() }
 }
 
+/// Centres of the cells of a shape, so many a side, in reference coordinates.
+#[must_use]
+pub fn cells(shape: Shape, side: usize) -> Vec<[f64; 2]> {
+    centres(shape, side)
+}
+
+/// A point's gathers of an element.
+#[derive(Debug, Clone, Copy)]
+pub struct Gathering {
+    /// Bound on the form factor.
+    pub factor: f64,
+    /// Bound on the root mean square of the visible kernel, times the area, beyond polynomials.
+    pub truncation: f64,
+    /// Bound on the gather of a quantity.
+    pub gathered: f64,
+}
+
+/// A point's gathers of a divided element by a link to it, and by links to its quarters; the quantity has this largest value and this mean, in the
+/// first channel, and is distributed as the reflectance is.
+///
+/// # Errors
+/// If the light cannot be represented.
+pub fn gathers(
+    scene: &Scene,
+    mesh: &Mesh,
+    receiver: &Receiver,
+    source: usize,
+    error: f64,
+    [largest, mean]: [f64; 2],
+) -> Result<[Gathering; 2], Error> {
+    let (rules, station, mut surfaces) = (Rules::new(), Station::in_space(receiver), Surfaces::from_scene(scene));
+    surfaces.grow(mesh);
+    let optics = optics(mesh, &rules, error, 0);
+    let receives: Vec<bool> = (0..mesh.elements().len()).map(|element| element == source).collect();
+    let by_links = |linked: Vec<usize>| -> Result<Gathering, Error> {
+        let row = |&element: &usize| {
+            let sight = station.sight(mesh, element, None)?;
+            Ok((element, [optics.receive(&station, element, &sight, usize::MAX)?]))
+        };
+        let rows: Vec<(usize, [Row; 1])> = linked.iter().map(row).collect::<Result<_, Error>>()?;
+        let links = rows.iter().map(|(element, rows)| (*element, &rows[..]));
+        let visible = VisibleSources::gather(mesh, &surfaces, &[station], &receives, links);
+        let on_source = |value: f64| receives.iter().map(|is_source| if *is_source { value } else { 0.0 }).collect::<Vec<_>>();
+        let gathered = visible.gathered((0, 1), &on_source(largest), &on_source(mean))[0];
+        Ok(Gathering { factor: visible.factors[0], truncation: visible.truncation[0], gathered })
+    };
+    let quarters = mesh.elements()[source].children().map_or_else(Vec::new, |first| (first..first + 4).collect());
+    Ok([by_links(vec![source])?, by_links(quarters)?])
+}
+
 /// A point's view of a cluster.
 #[derive(Debug, Clone)]
 pub struct View {
-    /// The faces of the elements that are in it.
-    pub faces: Vec<usize>,
+    /// The elements that are in it.
+    pub elements: Vec<usize>,
     /// Bounds on its form factor, and on the kernel times its area.
     pub bounds: [f64; 2],
     /// Its form factor by rays, and the deviation of that.
@@ -83,11 +139,11 @@ pub fn views(scene: &Scene, receivers: &[Receiver], rays: usize) -> Result<Vec<V
         let of = |(index, cluster): (usize, &Cluster)| {
             let seen = optics.look(&station, &drawn, index);
             let within = tree.within(index);
-            let faces = mesh.roots().iter().filter(|&&root| within.contains(&tree.single(root)));
+            let elements = mesh.roots().iter().copied().filter(|&root| within.contains(&tree.single(root)));
             let [factor, off] = [seen.weight, seen.noise(&ClusterEmission { power: 1.0, ..ClusterEmission::default() })]
                 .map(|of| of * cluster.area());
             View {
-                faces: faces.map(|&root| mesh.elements()[root].face()).collect(),
+                elements: elements.collect(),
                 bounds: [seen.view.factor, seen.view.peak * cluster.area()],
                 sampled: [factor, off],
             }
@@ -95,6 +151,53 @@ pub fn views(scene: &Scene, receivers: &[Receiver], rays: usize) -> Result<Vec<V
         tree.clusters().iter().enumerate().map(of).collect()
     };
     Ok(receivers.iter().map(from).collect())
+}
+
+/// The largest `-n.y` for normals n in a box and points y in another.
+#[must_use]
+pub fn most_toward(normals: [DVec3; 2], [low, high]: [DVec3; 2]) -> f64 {
+    clusters::most_toward(normals, low, high)
+}
+
+/// The most light of sources with these form factors, at most, and these radiosities, where they fill no more than the hemisphere.
+#[must_use]
+pub fn filled(sources: Vec<(f64, f64)>) -> f64 {
+    unsampled::fill(sources)
+}
+
+/// Segments of a face's plane where the light of another face, a lamp, changes suddenly if any face may be between.
+#[must_use]
+pub fn shadow_lines(mesh: &Mesh, face: usize, lamp: usize) -> Vec<[DVec3; 2]> {
+    let between = (0..mesh.polygons().len()).filter(|other| ![face, lamp].contains(other)).collect();
+    let scenery = Scenery { polygons: mesh.polygons(), index: mesh.index(), lamps: &[lamp] };
+    lines(&scenery, face, mesh.convex_parts(face), &[between])
+}
+
+/// The light at places.
+pub type Light<'a> = dyn Fn(&[DVec3]) -> Vec<f64> + Sync + 'a;
+
+/// A triangle or a parallelogram cut where polynomials of a degree then fit some light best, along these lines too: into so many parts at most,
+/// until the root mean square that they leave is this. A tenth of all samples are for it, as if the rest were for another face.
+///
+/// # Errors
+/// None: the light is given.
+pub fn partition(
+    part: &[DVec3],
+    lines: &[[DVec3; 2]],
+    degree: usize,
+    (most, error): (usize, f64),
+    light: &Light<'_>,
+) -> Result<Vec<Vec<DVec3>>, Error> {
+    let normal = (part[1] - part[0]).cross(part[2] - part[0]).normalize_or_zero();
+    let known = Known { normal, parts: vec![part.to_vec()], lines: lines.to_vec(), stays: false };
+    let other = Known { normal, parts: vec![part.iter().map(|p| *p * 3.0).collect()], lines: Vec::new(), stays: true };
+    let bases = [Shape::Parallelogram, Shape::Triangle].map(|shape| Basis::new(shape, degree));
+    let light = |_, places: &[DVec3]| {
+        let samples = places.iter().zip(light(places)).map(|(&point, light)| Sample { point, light: vec![light] });
+        Ok(Some(samples.collect()))
+    };
+    let parts = partition::partition(&[known, other], &bases, (most + 1, error / 10.0_f64.sqrt()), &light)?;
+    Ok(parts.into_iter().next().unwrap_or_default())
 }
 
 /// Bounds on the form factor of each of the coarsest elements of a face from any place of another, and on its mean over that, if no node of that

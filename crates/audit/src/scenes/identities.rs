@@ -105,6 +105,16 @@ fn surfaces(index: u64) -> Wrong {
         if is_worse((mean - solution.mean()[0]).abs(), 1e-9 * mean) {
             findings.push(format!("surfaces have the mean {mean:e}, the scene {:e}", solution.mean()[0]));
         }
+        // On an edge and in a corner of the floor light is what it is beside them.
+        for place in [DVec3::new(0.4, 0.0, 0.0), DVec3::new(0.0, 0.7, 0.0), DVec3::ZERO] {
+            let beside = place + (DVec3::new(0.5, 0.5, 0.0) - place) * 1e-5;
+            let radiosity = |place: DVec3| solution.gather(place * size, DVec3::Z).map(|gathered| gathered.radiosity[0]);
+            let [edge, beside] = [radiosity(place), radiosity(beside)].map(|of| of.map_err(|error| error.to_string()));
+            let (edge, beside) = (edge?, beside?);
+            if is_worse((edge - beside).abs(), 1e-2 * beside) {
+                findings.push(format!("at {place} of the floor there is {edge:e}, beside it {beside:e}"));
+            }
+        }
         for (surface, (_, rho, emitted)) in by_surface.iter().zip(&room) {
             let error = (surface.mean[0] - surface.reflected[0] - emitted).abs();
             if is_worse(error, 1e-9 * mean) || (*rho == 0.0 && is_worse(surface.reflected[0].abs(), 1e-9 * mean)) {
@@ -154,9 +164,32 @@ fn gathered(degree: usize) -> Wrong {
     Ok(findings)
 }
 
+/// A room with light in one channel alone: in the other one there is none, and no doubt of it.
+fn half_dark() -> Wrong {
+    let said = |error: radgrad_scene::Error| error.to_string();
+    let mut scene = Scene::new(["lit", "dark"]).map_err(said)?;
+    let surface = scene.add_surface("every");
+    for (index, corners) in walls(DVec3::new(1.0, 1.5, 1.0)).into_iter().enumerate() {
+        let radiance = if index == 1 { 1.0 } else { 0.0 };
+        let material = scene.add_material(index.to_string(), [0.5, 0.7], [radiance, 0.0]).map_err(said)?;
+        scene.add_face(surface, material, Polygon::new(corners).map_err(|error| error.to_string())?, None).map_err(said)?;
+    }
+    let options = Options { error: 0.1, first_elements: 1, most_elements: 12, ..Options::default() };
+    let solution = solve(&scene, &options, |_| true).map_err(|error| error.to_string())?;
+    let mut findings = Vec::new();
+    for leaf in solution.mesh().leaves() {
+        let [lit, dark] =
+            [0, 1].map(|channel| [solution.value_on(leaf, channel, [0.4; 2]), solution.estimate_on(leaf)[channel].total()]);
+        if dark != [0.0; 2] || !(lit[0] > 0.0 && lit[1] > 0.0) {
+            findings.push(format!("in the dark channel leaf {leaf} has {dark:?}, in the lit one {lit:?}"));
+        }
+    }
+    Ok(findings)
+}
+
 /// Contradictions of a few rooms of each kind.
 #[must_use]
 pub fn all_wrong() -> Vec<String> {
-    let told = [even(0), surfaces(0), surfaces(1), gathered(0), gathered(1), gathered(2)];
+    let told = [even(0), surfaces(0), surfaces(1), half_dark(), gathered(0), gathered(1), gathered(2)];
     told.into_iter().flat_map(|told| told.unwrap_or_else(|why| vec![why])).map(|what| format!("identities: {what}")).collect()
 }

@@ -1,8 +1,9 @@
 //! The pieces of a solution, each by itself against what it is by definition: what a point receives of an element, by core's closed forms and by
-//! sums over points of the element; a point's view of a cluster; light that no node of an element sees; textures on an element.
+//! sums over points of the element; a point's view of a cluster; light that no node of an element sees; textures on an element; lines of shadows.
 //!
 //! A whole solution says little of these: its estimates are far above what most of them are off by, and what one loses another gives.
 
+mod cuts;
 mod hidden;
 mod textures;
 
@@ -16,8 +17,9 @@ use radgrad_solver::{Element, Mesh, Shape};
 
 use crate::cases::sampler::Sampler;
 
-pub use hidden::{unseen, views};
-pub use textures::textures;
+pub use cuts::{partitions, shadow_lines};
+pub use hidden::{sights, unseen, views};
+pub use textures::{gathers, textures};
 
 type Wrong = Result<Vec<String>, String>;
 
@@ -56,6 +58,14 @@ fn over(shape: Shape, parts: usize) -> Vec<([f64; 2], f64)> {
 fn within(shape: Shape, s: &mut Sampler) -> [f64; 2] {
     let [a, b] = [s.uniform(), s.uniform()];
     if shape == Shape::Triangle && a + b > 1.0 { [1.0 - a, 1.0 - b] } else { [a, b] }
+}
+
+/// A drawn rotation.
+fn turned(s: &mut Sampler) -> impl Fn(DVec3) -> DVec3 + use<> {
+    let x = s.direction();
+    let y = s.perpendicular(x);
+    let z = x.cross(y);
+    move |p: DVec3| x * p.x + y * p.y + z * p.z
 }
 
 /// A scene of faces that are one surface.
@@ -114,13 +124,8 @@ fn looked(index: u64) -> Result<Looked, String> {
         let foot = at([1.2, 0.4]);
         faces.push(vec![foot - DVec3::Z * 0.3, foot + DVec3::new(0.1, 0.5, -0.1), foot + DVec3::new(-0.1, 0.2, 0.4)]);
     }
-    let turned: [DVec3; 3] = {
-        let x = s.direction();
-        let y = s.perpendicular(x);
-        [x, y, x.cross(y)]
-    };
-    let turn = |p: DVec3| turned[0] * p.x + turned[1] * p.y + turned[2] * p.z;
-    let faces = faces.into_iter().map(|corners| corners.into_iter().map(turn).collect()).collect();
+    let turn = turned(s);
+    let faces = faces.into_iter().map(|corners| corners.into_iter().map(&turn).collect()).collect();
     let receiver = Receiver::new(turn(point), turn(normal), 1.0).map_err(|error| error.to_string())?;
     Ok(Looked { scene: scene_of(faces)?, receiver, degree: if count == MANY { 0 } else { s.below(4) as usize } })
 }
@@ -294,6 +299,93 @@ fn loose(receiver: &Receiver, element: &Element, corners: &[[f64; 2]], transfer:
     exceeds(least, said * (1.0 + 1e-9) + 1e-12).then(|| format!("the kernel is {least:e} or more, that it is {said:e} is said"))
 }
 
+/// Findings on bounds on the derivatives of the kernel of a small element that is looked at askance by receivers which are turned ever more:
+/// along the way to them all terms have one sign, so that the bounds are reached.
+fn derivatives() -> Wrong {
+    let corners = [[-0.01, -0.01], [0.01, -0.01], [0.01, 0.01], [-0.01, 0.01]].map(|[x, y]| DVec3::new(x, y, 0.0));
+    let mesh = Mesh::new(&scene_of(vec![corners.to_vec()])?, 0).map_err(|error| error.to_string())?;
+    let element = &mesh.elements()[0];
+    let mut findings = Vec::new();
+    for turn in [0.0, 0.1, 0.2, 0.4] {
+        let receiver =
+            Receiver::new(DVec3::new(1.8, 0.0, 0.872), DVec3::new(turn, 0.0, -1.0), 1.0).map_err(|error| error.to_string())?;
+        for transfer in parts::transfers(&mesh, &receiver, 1e-9, 0).map_err(|error| error.to_string())? {
+            let found = corners.map(|corner| taylor(&receiver, element, element.reference(corner), DVec3::X));
+            for (order, bound) in transfer.derivatives.into_iter().flatten().enumerate() {
+                let most = found.iter().map(|of| of[order].abs()).fold(0.0, largest);
+                if exceeds(most, bound * (1.0 + 1e-9)) || exceeds(bound, 1.2 * most) {
+                    findings.push(format!("turned by {turn}, derivative {order} is {most:e}, the bound is {bound:e}"));
+                }
+            }
+            if transfer.derivatives.is_none() {
+                findings.push(format!("turned by {turn}, the kernel is not smooth"));
+            }
+        }
+    }
+    Ok(findings)
+}
+
+/// Findings on derivatives of kernels, on the cells that rays are sent to, on boxes of normals and points, and on the brightest light that fills a
+/// hemisphere.
+#[must_use]
+pub fn rules() -> Vec<String> {
+    let s = &mut Sampler::new(26, "rules", 0);
+    let mut findings = derivatives().unwrap_or_else(|why| vec![why]);
+    for (shape, side) in
+        [Shape::Parallelogram, Shape::Triangle].into_iter().flat_map(|shape| (1..6).map(move |side| (shape, side)))
+    {
+        let cells = parts::cells(shape, side);
+        // Of equal area, each at its middle: so linear functions are integrated exactly; and each next to the one before.
+        let middle = [0, 1].map(|k| cells.iter().map(|at| at[k]).sum::<f64>() / cells.len() as f64);
+        let centre = if shape == Shape::Triangle { 1.0 / 3.0 } else { 0.5 };
+        let apart = |a: &[f64; 2], b: &[f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]) * side as f64;
+        let farthest = cells.windows(2).map(|pair| apart(&pair[0], &pair[1])).fold(0.0, largest);
+        let pairs = cells.iter().enumerate().flat_map(|(i, a)| cells[..i].iter().map(move |b| apart(a, b)));
+        let nearest = pairs.fold(f64::INFINITY, smallest);
+        if cells.len() != side * side
+            || middle.iter().any(|m| exceeds((m - centre).abs(), 1e-14))
+            || farthest > 1.5
+            || nearest < 0.47
+        {
+            findings.push(format!("{side} cells a side of {shape:?} are about {middle:?}, {nearest} to {farthest} apart"));
+        }
+    }
+    for _ in 0..64 {
+        let mut range = |size: f64| {
+            let (a, b) = (s.cube() * size, s.cube() * size);
+            [a.min(b), a.max(b)]
+        };
+        let (normals, corners) = (range(1.0), range(3.0));
+        let pick = |of: [DVec3; 2], k: usize| DVec3::new(of[k & 1].x, of[k >> 1 & 1].y, of[k >> 2 & 1].z);
+        let products = (0..64).map(|k| -pick(normals, k >> 3).dot(pick(corners, k & 7)));
+        let truth = products.fold(f64::NEG_INFINITY, largest);
+        let said = parts::most_toward(normals, corners);
+        if exceeds((said - truth).abs(), 1e-14) {
+            findings.push(format!("the largest product of normals {normals:?} with points {corners:?} is {truth}, said {said}"));
+        }
+        // One order is the best: all are tried.
+        let sources: Vec<(f64, f64)> = (0..4).map(|_| (s.between(0.05, 0.6), s.between(-0.2, 2.0))).collect();
+        let order = |code: usize| {
+            let mut rest = sources.clone();
+            let (mut free, mut sum) = (1.0, 0.0);
+            for (count, divisor) in [(4, 1), (3, 4), (2, 12), (1, 24)] {
+                let (factor, value) = rest.remove(code / divisor % count);
+                let part = smallest(factor, free);
+                (free, sum) = (free - part, sum + part * largest(value, 0.0));
+            }
+            sum
+        };
+        let (truth, said) = ((0..24).map(order).fold(0.0, largest), parts::filled(sources.clone()));
+        if exceeds((said - truth).abs(), 1e-14) {
+            findings.push(format!("{sources:?} fill a hemisphere with {truth}, said {said}"));
+        }
+    }
+    if !parts::filled(vec![(0.5, 1.0), (0.5, f64::NAN)]).is_nan() {
+        findings.push("a radiosity that is no number fills a hemisphere with a number".to_owned());
+    }
+    findings
+}
+
 /// Coefficients of the kernel times the area in the distance along a direction of the plane, by products of series.
 fn taylor(receiver: &Receiver, element: &Element, at: [f64; 2], along: DVec3) -> [f64; 6] {
     let r = element.point(at) - receiver.position();
@@ -318,9 +410,8 @@ mod tests {
 
     #[test]
     fn pieces_are_what_they_are_by_definition() {
-        for found in [transfers(12), views(4), unseen(10), textures(8)] {
-            assert_eq!(found, Vec::<String>::new());
-        }
+        let told = [transfers(12), views(4), unseen(10), sights(16), textures(8), gathers(8), shadow_lines(12), partitions(4)];
+        assert_eq!([told.concat(), rules()].concat(), Vec::<String>::new());
     }
 
     #[test]

@@ -78,7 +78,7 @@ impl Points {
     pub(crate) fn on_receiver(&self, estimate: &ErrorEstimate, receiver: usize, channel: usize) -> Ledger {
         let largest_rise =
             self.risen.as_ref().map_or(f64::INFINITY, |risen| risen.largest_with_variation(receiver * self.channels + channel));
-        estimate.shares[channel].map(|share| if share > 0.0 { share * largest_rise } else { 0.0 })
+        estimate.shares[channel].map(|share| if share == 0.0 { 0.0 } else { share * largest_rise })
     }
 
     /// The estimate at a point, from each of its links and from its clusters. `rho` is the reflectance there.
@@ -101,7 +101,7 @@ impl Points {
                 }
                 None => f64::INFINITY,
             };
-            let propagated = estimate.shares[channel].map(|share| if share > 0.0 { share * propagated } else { 0.0 });
+            let propagated = estimate.shares[channel].map(|share| if share == 0.0 { 0.0 } else { share * propagated });
             let discretisation = far.gathered(0, &self.left_on_clusters[channel]);
             let of_clusters = Ledger { discretisation, ..Ledger::default() };
             (estimate.gathered(&system.mesh, channel, rows, (&view, 0)) + of_clusters + propagated) * *rho

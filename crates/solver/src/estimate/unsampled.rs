@@ -126,7 +126,7 @@ fn factor(element: &Element, source: &Element) -> f64 {
 }
 
 /// The most of `sum F_j u_j` for `0 <= F_j <= f_j` and `sum F_j <= 1`, from pairs of `f_j` and `u_j`.
-fn fill(mut pairs: Vec<(f64, f64)>) -> f64 {
+pub(crate) fn fill(mut pairs: Vec<(f64, f64)>) -> f64 {
     pairs.sort_by(|a, b| b.1.total_cmp(&a.1));
     let (mut sum, mut rest) = (0.0, 1.0);
     for (factor, value) in pairs {

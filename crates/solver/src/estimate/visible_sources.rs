@@ -14,16 +14,16 @@ use radgrad_scene::{largest as larger, smallest as smaller};
 
 /// Form factors and kernels for each source and node.
 #[derive(Debug)]
-pub(super) struct VisibleSources {
+pub(crate) struct VisibleSources {
     pub(super) sources: Vec<usize>,
     /// For each link, the place of its source among the sources.
     pub(super) places: Vec<usize>,
     pub(super) nodes: usize,
     /// Bounds on the form factor, and the kernels and their largest values; 0 where nothing is seen. Node after node.
-    pub(super) factors: Vec<f64>,
+    pub(crate) factors: Vec<f64>,
     pub(super) kernels: Vec<Kernel>,
     /// Root mean square of the kernel's truncation by the source's polynomials.
-    pub(super) truncation: Vec<f64>,
+    pub(crate) truncation: Vec<f64>,
     peaks: Vec<f64>,
     /// With textures, for each channel and node the reflectance that counts by the largest; else nothing.
     even: Vec<Vec<f64>>,
@@ -31,7 +31,7 @@ pub(super) struct VisibleSources {
 
 impl VisibleSources {
     /// From links, with their rows for the stations.
-    pub(super) fn gather<'a>(
+    pub(crate) fn gather<'a>(
         mesh: &Mesh,
         surfaces: &Surfaces,
         stations: &[Station],
@@ -113,12 +113,8 @@ impl VisibleSources {
         }
         let of_channel = |(channel, reflectances): (usize, &f64)| {
             let of_node = |(factor, kernel): (f64, &Kernel)| {
-                let Some(pattern) = surfaces.pattern(source, channel).filter(|_| factor > 0.0 && *reflectances > 0.0) else {
-                    return 1.0;
-                };
-                if !kernel.peak.is_finite() {
-                    return 1.0;
-                }
+                let is_known = factor > 0.0 && *reflectances > 0.0 && kernel.peak.is_finite();
+                let Some(pattern) = surfaces.pattern(source, channel).filter(|_| is_known) else { return 1.0 };
                 let (mean, [_, varies, _]) = (pattern.mean_reflectance(), pattern.spread_of_reflectance());
                 let halved = factor * mean + 0.5 * (kernel.peak - kernel.least) * varies;
                 smaller(smaller(halved, kernel.peak * mean) / (factor * reflectances), 1.0)
@@ -136,7 +132,7 @@ impl VisibleSources {
     }
 
     /// Bounds on each node's gather of a quantity with these largest values and means on the sources, in a channel.
-    pub(super) fn gathered(&self, (channel, channels): (usize, usize), largest: &[f64], means: &[f64]) -> Vec<f64> {
+    pub(crate) fn gathered(&self, (channel, channels): (usize, usize), largest: &[f64], means: &[f64]) -> Vec<f64> {
         let mut sums = vec![0.0; self.nodes];
         for (place, source) in self.sources.iter().enumerate() {
             let (largest, mean) = (largest[source * channels + channel], means[source * channels + channel]);

@@ -40,7 +40,7 @@ pub(crate) fn kernel(station: &Station, point: DVec3, normal: DVec3) -> f64 {
 }
 
 /// Centres of the cells of an element, in reference coordinates, in an order in which those that follow each other are neighbours.
-fn centres(shape: Shape, side: usize) -> Vec<[f64; 2]> {
+pub(crate) fn centres(shape: Shape, side: usize) -> Vec<[f64; 2]> {
     let unit = 1.0 / side as f64;
     let coordinate = |i: usize, part: f64| (i as f64 + part) * unit;
     let mut centres = Vec::with_capacity(side * side);

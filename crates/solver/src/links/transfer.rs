@@ -288,16 +288,8 @@ impl Kernel {
         let rounding = 1e-12 * (element.radius() + (station.point - element.centre()).length());
         let distance = element.distance(station.point, height) - rounding;
         if distance <= 0.0 {
-            return Self {
-                peak: f64::INFINITY,
-                least: 0.0,
-                smooth: false,
-                unit: f64::INFINITY,
-                distance: 0.0,
-                cos1: 1.0,
-                sine: 1.0,
-                tilt: 1.0,
-            };
+            // Not smooth, so that nobody asks for derivatives.
+            return Self { peak: f64::INFINITY, ..Self::default() };
         }
         // With the rounding of a few products.
         let scale = element.area() * height / std::f64::consts::PI * (1.0 + 1e-12);

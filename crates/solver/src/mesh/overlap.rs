@@ -17,7 +17,7 @@ impl Clusters {
 
     fn overlaps(&self, elements: &[Element], index: usize, element: &Element) -> bool {
         let [low, high] = around(element.polygon().vertices());
-        let reach = SAME * (element.radius() + low.abs().max(high.abs()).max_element());
+        let reach = SAME * (element.radius() + (-low).max(high).max_element());
         let mut open: Vec<usize> = self.root().into_iter().collect();
         while let Some(at) = open.pop() {
             let cluster = &self.clusters()[at];

@@ -159,7 +159,7 @@ impl Cutting<'_> {
             let reach = (line[1] - line[0]) * (2.0 * size / length);
             let whole = [line[0].midpoint(line[1]) - reach, line[0].midpoint(line[1]) + reach];
             let across = inside(corners, whole, known.normal, 0.0).map_or(0.0, |[from, to]| 4.0 * size * (to - from));
-            if (to - from) * length < LEAST_ALONG * across || to <= from {
+            if (to - from) * length <= LEAST_ALONG * across {
                 continue;
             }
             let halves = halves(corners, *line, known.normal, LEVEL * size);

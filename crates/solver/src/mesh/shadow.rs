@@ -89,7 +89,7 @@ fn is_straight(o: DVec3, edges: &[[DVec3; 2]]) -> bool {
         _ => None,
     });
     let away: Vec<DVec3> = away.collect();
-    away.iter().enumerate().any(|(i, a)| away[i + 1..].iter().any(|b| (*a + *b).length() <= SAME))
+    away.iter().any(|a| away.iter().any(|b| (*a + *b).length() <= SAME))
 }
 
 /// The segments of a face's plane, within it, where light of lamps changes suddenly.

@@ -52,8 +52,9 @@ pub(super) fn brackets(_: &Setting<'_>) -> Vec<String> {
 
 /// The pieces of solutions, each by itself.
 pub(super) fn pieces(_: &Setting<'_>) -> Vec<String> {
-    use scenes::pieces::{textures, transfers, unseen, views};
-    [transfers(12), views(8), unseen(24), textures(12)].concat()
+    use scenes::pieces::{gathers, partitions, rules, shadow_lines, sights, textures, transfers, unseen, views};
+    let told = [transfers(12), views(8), unseen(24), textures(12)];
+    [told.concat(), sights(24), gathers(12), shadow_lines(18), partitions(4), rules()].concat()
 }
 
 /// Solutions and certificates with light in another unit and channels in another order.

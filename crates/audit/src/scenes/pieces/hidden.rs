@@ -4,10 +4,10 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 use radgrad_core::{Emission, Emitter, Polygon, Receiver, Tolerance, evaluate_value};
-use radgrad_scene::{largest, smallest};
-use radgrad_solver::{Mesh, parts};
+use radgrad_scene::{Scene, largest, smallest};
+use radgrad_solver::{Element, Mesh, parts};
 
-use super::{FINE, Wrong, exceeds, scene_of, within};
+use super::{FINE, Wrong, exceeds, is_hidden, scene_of, turned, within};
 use crate::cases::sampler::Sampler;
 
 /// A body that is convex: an octahedron cut four times finer twice, its corners on an ellipsoid, seen from inside. Every face sees every other.
@@ -41,10 +41,26 @@ fn shards(s: &mut Sampler) -> Vec<Vec<DVec3>> {
     (0..24).map(shard).collect()
 }
 
+/// A stump of a pyramid on a polygon of six sides, seen from inside: its faces are of several elements each.
+fn stump(s: &mut Sampler) -> Vec<Vec<DVec3>> {
+    let corner = |k: u32| {
+        let angle = std::f64::consts::TAU * f64::from(k) / 6.0;
+        DVec3::new(angle.cos() * 1.3, angle.sin(), 0.0)
+    };
+    let (base, part, up) =
+        ((0..6).map(corner).collect::<Vec<_>>(), s.between(0.4, 0.8), DVec3::new(0.1, 0.2, s.between(0.6, 1.2)));
+    let top: Vec<DVec3> = base.iter().map(|p| *p * part + up).collect();
+    let mut faces: Vec<Vec<DVec3>> =
+        (0..6).map(|i| (i, (i + 1) % 6)).map(|(i, j)| vec![base[j], base[i], top[i], top[j]]).collect();
+    faces.push(base);
+    faces.push(top.into_iter().rev().collect());
+    faces
+}
+
 /// Rays from a point for its views.
 const RAYS: usize = 64;
 
-/// Findings on views of clusters, from points in bodies and about shards by turns.
+/// Findings on views of clusters, from points in bodies, about shards and in stumps by turns.
 #[must_use]
 pub fn views(cases: u64) -> Vec<String> {
     let mut findings = Vec::new();
@@ -64,48 +80,67 @@ pub fn views(cases: u64) -> Vec<String> {
 
 fn views_of(index: u64, sum: &mut [f64; 2]) -> Wrong {
     let s = &mut Sampler::new(20, "views", index);
-    let is_body = index.is_multiple_of(2);
-    let faces = if is_body { body(s) } else { shards(s) };
+    let is_body = index % 4 != 1;
+    let faces = match index % 4 {
+        1 => shards(s),
+        3 => stump(s),
+        _ => body(s),
+    };
     let scene = scene_of(faces.clone())?;
-    let inside = |s: &mut Sampler| (0..4).map(|_| faces[s.below(128) as usize][s.below(3) as usize] * 0.25).sum::<DVec3>();
+    let mesh = Mesh::new(&scene, 0).map_err(|error| error.to_string())?;
+    let (elements, some) = (mesh.elements(), u32::try_from(faces.len()).unwrap_or(1));
+    let middle = faces.iter().flatten().sum::<DVec3>() / faces.iter().flatten().count() as f64;
+    let some_corner = |s: &mut Sampler| faces[s.below(some) as usize][s.below(3) as usize];
+    let inside = |s: &mut Sampler| ((0..4).map(|_| some_corner(s)).sum::<DVec3>() * 0.25).lerp(middle, 0.2);
     let outside = |s: &mut Sampler| s.direction() * s.between(0.5, 4.0);
     let place = |s: &mut Sampler| if is_body { inside(s) } else { outside(s) };
     let receivers: Result<Vec<Receiver>, _> =
         (0..if is_body { 4 } else { 12 }).map(|_| Receiver::new(place(s), s.direction(), 1.0)).collect();
     let receivers = receivers.map_err(|error| error.to_string())?;
-    let lamp = |corners: &Vec<DVec3>| Emitter::new(Polygon::new(corners.clone())?, Emission::Constant(1.0));
-    let lamps: Result<Vec<Emitter>, _> = faces.iter().map(lamp).collect();
+    let lamp = |element: &Element| Emitter::new(element.polygon().clone(), Emission::Constant(1.0));
+    let lamps: Result<Vec<Emitter>, _> = elements.iter().map(lamp).collect();
     let lamps = lamps.map_err(|error| error.to_string())?;
     let mut findings = Vec::new();
-    let views = parts::views(&scene, &receivers, RAYS).map_err(|error| error.to_string())?;
+    let said = |error: radgrad_solver::Error| error.to_string();
+    let views = parts::views(&scene, &receivers, RAYS).map_err(said)?;
+    // Twice as large, from places twice as far away: the same rays.
+    let larger = scene_of(faces.iter().map(|corners| corners.iter().map(|p| *p * 2.0).collect()).collect())?;
+    let farther = Receiver::new(receivers[0].position() * 2.0, receivers[0].normal(), 1.0).map_err(|error| error.to_string())?;
+    let again = parts::views(&larger, &[farther], RAYS).map_err(said)?;
+    if again[0].iter().zip(&views[0]).any(|(again, view)| again.sampled != view.sampled || again.bounds != view.bounds) {
+        findings.push("views of a scene twice as large are others".to_owned());
+    }
+    if is_body {
+        findings.extend(single_rays(&scene, &receivers[0], &lamps)?);
+    }
     for (receiver, views) in receivers.iter().zip(views) {
         let tolerance = Tolerance { relative: 0.0, absolute: FINE };
         let factor = |lamp: &Emitter| evaluate_value(receiver, lamp, [], tolerance).map(|value| value.radiosity);
         let factors: Vec<f64> = lamps.iter().map(factor).collect::<Result<_, _>>().map_err(|error| error.to_string())?;
         for view in views {
-            let truth: f64 = view.faces.iter().map(|&face| factors[face]).sum();
-            let area: f64 = view.faces.iter().map(|&face| lamps[face].polygon().area()).sum();
-            let kernel = |&face: &usize| {
-                let polygon = lamps[face].polygon();
-                let r = polygon.vertices().iter().sum::<DVec3>() / 3.0 - receiver.position();
+            let (truth, count) = (view.elements.iter().map(|&element| factors[element]).sum::<f64>(), view.elements.len());
+            let area: f64 = view.elements.iter().map(|&element| elements[element].area()).sum();
+            let kernel = |&element: &usize| {
+                let polygon = lamps[element].polygon();
+                let r = elements[element].centre() - receiver.position();
                 let (over, toward) = (receiver.normal().dot(r), -polygon.normal().dot(r));
                 if over > 0.0 && toward > 0.0 { over * toward / (PI * r.length_squared() * r.length_squared()) } else { 0.0 }
             };
-            let peak = view.faces.iter().map(kernel).fold(0.0, largest) * area;
+            let peak = view.elements.iter().map(kernel).fold(0.0, largest) * area;
             let [bound, most] = view.bounds;
             if exceeds(truth, bound * (1.0 + 1e-12) + 1e-12)
                 || exceeds(peak, most * (1.0 + 1e-12))
                 || exceeds(bound, most * (1.0 + 1e-12))
             {
-                let count = view.faces.len();
                 findings.push(format!(
                     "of {count} faces the factor is {truth:e}, the kernel {peak:e}, the bounds {bound:e}, {most:e}"
                 ));
             }
             // What is behind gives nothing; as much as all is said of nothing that is small and far away.
+            let corners = |element: usize| elements[element].polygon().vertices().iter();
             let nearest =
-                |face: &usize| faces[*face].iter().map(|p| p.distance(receiver.position())).fold(f64::INFINITY, smallest);
-            if view.faces.len() == 1 && nearest(&view.faces[0]) > 4.0 * area.sqrt() && bound > 4.0 * truth + 2.0 * area / PI {
+                |element: usize| corners(element).map(|p| p.distance(receiver.position())).fold(f64::INFINITY, smallest);
+            if count == 1 && nearest(view.elements[0]) > 4.0 * area.sqrt() && bound > 4.0 * truth + 2.0 * area / PI {
                 findings.push(format!("of a face the factor is {truth:e}, the bound {bound:e}"));
             }
             let [value, off] = view.sampled;
@@ -113,12 +148,38 @@ fn views_of(index: u64, sum: &mut [f64; 2]) -> Wrong {
                 if value != 0.0 || off != 0.0 || truth > 1e-12 {
                     findings.push(format!("what is behind is seen: {value:e}, {off:e}"));
                 }
-            } else if is_body && view.faces.len() > 4 && RAYS as f64 * truth > 4.0 && off > 0.0 && view.faces.len() < 128 {
+            } else if is_body && count > 4 && RAYS as f64 * truth > 4.0 && off > 0.0 && count < elements.len() {
                 sum[0] += ((value - truth) / off).powi(2);
                 sum[1] += 1.0;
-            } else if view.faces.len() == 128 && (value - 1.0).abs() > 1e-12 {
+            } else if is_body && count == elements.len() && (value - 1.0).abs() > 1e-12 {
                 findings.push(format!("of rays {value} end on the body around"));
             }
+        }
+    }
+    Ok(findings)
+}
+
+/// Places about a receiver, each of which sends one ray.
+const SINGLE: u32 = 200;
+
+/// Findings on views by single rays from many places: in the mean they are neither too much nor too little.
+fn single_rays(scene: &Scene, receiver: &Receiver, lamps: &[Emitter]) -> Wrong {
+    let said = |error: radgrad_core::Error| error.to_string();
+    let near = |k: u32| receiver.position() + DVec3::new(0.618, 0.414, 0.732) * (1e-6 * f64::from(k));
+    let places: Vec<Receiver> =
+        (0..SINGLE).map(|k| Receiver::new(near(k), receiver.normal(), 1.0)).collect::<Result<_, _>>().map_err(said)?;
+    let tolerance = Tolerance { relative: 0.0, absolute: 1e-9 };
+    let factor = |lamp: &Emitter| evaluate_value(receiver, lamp, [], tolerance).map(|value| value.radiosity);
+    let factors: Vec<f64> = lamps.iter().map(factor).collect::<Result<_, _>>().map_err(said)?;
+    let views = parts::views(scene, &places, 1).map_err(|error| error.to_string())?;
+    let mut findings = Vec::new();
+    // More than a quarter, but not all.
+    let counts = |cluster: &usize| (lamps.len() / 4 + 1..lamps.len()).contains(&views[0][*cluster].elements.len());
+    for cluster in (0..views[0].len()).filter(counts) {
+        let truth: f64 = views[0][cluster].elements.iter().map(|&element| factors[element]).sum();
+        let mean = views.iter().map(|views| views[cluster].sampled[0]).sum::<f64>() / f64::from(SINGLE);
+        if exceeds((mean - truth).abs(), 4.5 * (truth * (1.0 - truth) / f64::from(SINGLE)).sqrt() + 1e-9) {
+            findings.push(format!("of single rays {mean} end where {truth} ought to"));
         }
     }
     Ok(findings)
@@ -144,9 +205,8 @@ pub fn unseen(cases: u64) -> Vec<String> {
     findings
 }
 
-/// With how many elements get light of a lamp that no node of them sees.
-fn unseen_of(index: u64) -> Result<(Vec<String>, usize), String> {
-    let s = &mut Sampler::new(21, "unseen", index);
+/// A lamp over a floor beside a wall, and things between them.
+fn furnished(index: u64, s: &mut Sampler) -> Vec<Vec<DVec3>> {
     let quad = |origin: DVec3, u: DVec3, v: DVec3| vec![origin, origin + u, origin + u + v, origin + v];
     let (x, y, z) = (DVec3::X, DVec3::Y, DVec3::Z);
     let size = s.between(0.05, 0.6);
@@ -177,9 +237,13 @@ fn unseen_of(index: u64) -> Result<(Vec<String>, usize), String> {
         let foot = lamp - deep;
         faces.extend([quad(foot, u, deep), quad(foot + v, deep, u), quad(foot, deep, v), quad(foot + u, v, deep)]);
     }
-    let scene = scene_of(faces)?;
+    faces
+}
+
+/// The mesh of faces, in every other case divided once beside the first one.
+fn divided(faces: Vec<Vec<DVec3>>, s: &mut Sampler) -> Result<Mesh, String> {
     let said = |error: radgrad_solver::Error| error.to_string();
-    let mut mesh = Mesh::new(&scene, 0).map_err(said)?;
+    let mut mesh = Mesh::new(&scene_of(faces)?, 0).map_err(said)?;
     if s.one_in(2) {
         for root in mesh.roots().to_vec() {
             if mesh.elements()[root].face() > 0 {
@@ -187,6 +251,86 @@ fn unseen_of(index: u64) -> Result<(Vec<String>, usize), String> {
             }
         }
     }
+    Ok(mesh)
+}
+
+/// Elements that a lamp may be hidden from in part by what is said, and those for which samples say so.
+#[derive(Debug, Default)]
+struct Partly {
+    said: usize,
+    sampled: usize,
+}
+
+/// Findings on which elements see a lamp whole, in part or not at all, in so many rooms.
+#[must_use]
+pub fn sights(cases: u64) -> Vec<String> {
+    let (mut findings, mut partly) = (Vec::new(), Partly::default());
+    for index in 0..cases {
+        match sights_of(index, &mut partly) {
+            Ok(wrong) => findings.extend(wrong.into_iter().map(|what| format!("sight {index}: {what}"))),
+            Err(why) => findings.push(format!("sight {index}: {why}")),
+        }
+    }
+    let Partly { said, sampled } = partly;
+    if 2 * said > 3 * sampled || sampled == 0 {
+        findings.push(format!("{said} elements are said to see a part of a lamp, {sampled} do by samples"));
+    }
+    findings
+}
+
+/// Pairs of a point of an element and one of the lamp between which it is asked what is there.
+const PAIRS: u32 = 48;
+
+fn sights_of(index: u64, partly: &mut Partly) -> Wrong {
+    let s = &mut Sampler::new(27, "sights", index);
+    let mut faces = furnished(index, s);
+    if s.one_in(2) {
+        faces[0].truncate(3);
+    }
+    // Plates that cross the floor, the wall and each other.
+    for _ in 0..s.below(3) {
+        let (middle, u) = (DVec3::new(s.between(-0.6, 0.9), s.between(0.1, 0.9), s.between(0.0, 0.3)), s.cube() * 0.5);
+        let v = s.perpendicular(u.normalize_or(DVec3::X)) * s.between(0.2, 0.5);
+        let plate = vec![middle - u - v, middle + u - v, middle + u + v, middle - u + v];
+        faces.push(plate.iter().rev().copied().collect());
+        faces.push(plate);
+    }
+    let (turn, offset) = (turned(s), s.cube() * 3.0);
+    let faces = faces.into_iter().map(|corners| corners.into_iter().map(|p| turn(p) + offset).collect()).collect();
+    let mesh = divided(faces, s)?;
+    let mut findings = Vec::new();
+    for (element, bound) in parts::unseen(&mesh, 0) {
+        let (to, from) = (&mesh.elements()[element], &mesh.elements()[0]);
+        let screens = || (1..mesh.polygons().len()).filter(|&face| face != to.face()).map(|face| &mesh.polygons()[face]);
+        let (mut free, mut hidden) = (0, 0);
+        for _ in 0..PAIRS {
+            let [x, y] = [to, from].map(|element| element.point(within(element.shape(), s)));
+            if to.polygon().normal().dot(y - x) > 1e-9 && from.polygon().normal().dot(x - y) > 1e-9 {
+                // What lies in the plane of an end, as the back of a plate does, is beside it.
+                let is_level = |p: DVec3, screen: &Polygon| screen.normal().dot(p - screen.vertices()[0]).abs() <= 1e-9;
+                let hides = |screen: &Polygon| !is_level(x, screen) && !is_level(y, screen) && is_hidden(x, y, screen);
+                *if screens().any(hides) { &mut hidden } else { &mut free } += 1;
+            }
+        }
+        let is_partly = free > 0 && hidden > 0;
+        match bound {
+            None if hidden > 0 => findings.push(format!("something is between the lamp and element {element}, nothing is said")),
+            Some([0.0, _]) if is_partly => {
+                findings.push(format!("of {PAIRS} looks from element {element} to the lamp {free} are free, {hidden} are not"));
+            }
+            Some([most, _]) if most > 0.0 => partly.said += 1,
+            _ => {}
+        }
+        partly.sampled += usize::from(is_partly);
+    }
+    Ok(findings)
+}
+
+/// With how many elements get light of a lamp that no node of them sees.
+fn unseen_of(index: u64) -> Result<(Vec<String>, usize), String> {
+    let s = &mut Sampler::new(21, "unseen", index);
+    let faces = furnished(index, s);
+    let mesh = divided(faces, s)?;
     let lamp = Emitter::new(mesh.polygons()[0].clone(), Emission::Constant(1.0)).map_err(|error| error.to_string())?;
     let (mut findings, mut hidden) = (Vec::new(), 0);
     for (element, bound) in parts::unseen(&mesh, 0) {

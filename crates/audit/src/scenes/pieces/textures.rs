@@ -3,11 +3,11 @@
 use std::f64::consts::PI;
 
 use glam::DVec3;
-use radgrad_core::Polygon;
+use radgrad_core::{Polygon, Receiver};
 use radgrad_scene::{Quantity, Scene, Texture, largest, smallest};
 use radgrad_solver::{Mesh, parts};
 
-use super::{Wrong, exceeds, over};
+use super::{Wrong, exceeds, kernel_at, over};
 use crate::cases::sampler::Sampler;
 
 /// Findings on textures on elements, in so many cases.
@@ -49,11 +49,14 @@ fn textures_of(index: u64) -> Wrong {
     }
     let polygon = Polygon::new(corners).map_err(|error| error.to_string())?;
     let face = scene.add_textured_face(surface, material, polygon, &coordinates, None).map_err(said)?;
-    let mesh = Mesh::new(&scene, s.below(4) as usize).map_err(|error| error.to_string())?;
+    // With polynomials of degree 0 the largest detail is that of a texel, of another one for each irradiance.
+    let degree = if index % 6 < 2 { 0 } else { s.below(4) as usize };
+    let mesh = Mesh::new(&scene, degree).map_err(|error| error.to_string())?;
+    let irradiances: &[f64] = if degree == 0 { &[1.5, 0.1, 20.0, -1.5, -20.0] } else { &[1.5] };
     let mut findings = Vec::new();
-    for &root in mesh.roots() {
+    for (&root, &even) in mesh.roots().iter().flat_map(|root| irradiances.iter().map(move |even| (root, even))) {
         let (element, basis) = (&mesh.elements()[root], mesh.basis(root));
-        let irradiance: Vec<f64> = (0..basis.len()).map(|i| if i == 0 { 1.5 } else { s.between(-0.5, 0.5) }).collect();
+        let irradiance: Vec<f64> = (0..basis.len()).map(|i| if i == 0 { even } else { s.between(-0.5, 0.5) }).collect();
         // Six parts a side have all edges of texels along the sides among theirs.
         let points = if is_along { over(element.shape(), 6) } else { over(element.shape(), 20) };
         let here: Vec<([f64; 2], f64, Vec<f64>)> = points
@@ -85,7 +88,21 @@ fn textures_of(index: u64) -> Wrong {
             let held: f64 = reflected.iter().zip(&emitted).zip(phi).map(|((r, e), phi)| (r + lit * e) * phi).sum();
             lit * e + rho * h(phi) - held
         };
-        let room = if is_along { 1e-9 } else { 0.02 };
+        let room = largest(1.0, even.abs()) * if is_along { 1e-9 } else { 0.02 };
+        let dim = 1.0 / (1u64 << 40) as f64;
+        let dimmed = parts::textures(&scene, &mesh, root, &irradiance.iter().map(|h| h * dim).collect::<Vec<_>>());
+        for (texture, dimmed) in parts::textures(&scene, &mesh, root, &irradiance).iter().zip(&dimmed) {
+            if !is_lamp && dimmed.detail != texture.detail.map(|detail| detail * dim) {
+                findings
+                    .push(format!("of light times {dim:e} {:?} is left out, of the whole {:?}", dimmed.detail, texture.detail));
+            }
+            if degree == 0 && is_along {
+                let most = here.iter().map(|(of, _, phi)| left(*of, phi).abs()).fold(0.0, largest);
+                if exceeds(texture.detail[0], most + room) {
+                    findings.push(format!("{most:e} is left out, {:e} is said", texture.detail[0]));
+                }
+            }
+        }
         for texture in parts::textures(&scene, &mesh, root, &irradiance) {
             let apart = |a: &[f64], b: &[f64], unit: f64| a.iter().zip(b).map(|(a, b)| (a - unit * b).abs()).fold(0.0, largest);
             let [off, off_emitted] = [apart(&texture.reflected, &reflected, 1.0), apart(&texture.emitted, &emitted, lit)];
@@ -109,6 +126,92 @@ fn textures_of(index: u64) -> Wrong {
             if exceeds(spread, if is_along { 1e-6 } else { 0.03 }) {
                 findings.push(format!("the reflectance varies otherwise than {:?}, by {spread:e}", texture.spread));
             }
+        }
+    }
+    Ok(findings)
+}
+
+/// Findings on gathers of textured elements by points, in so many cases.
+#[must_use]
+pub fn gathers(cases: u64) -> Vec<String> {
+    let of = |index: u64| match gathers_of(index) {
+        Ok(wrong) => wrong.into_iter().map(|what| format!("gather {index}: {what}")).collect(),
+        Err(why) => vec![format!("gather {index}: {why}")],
+    };
+    (0..cases).flat_map(of).collect()
+}
+
+/// A parallelogram of six texels that a point looks at: in the clear, past a screen that hides a quarter of it, or as near as can be.
+fn gathers_of(index: u64) -> Wrong {
+    let s = &mut Sampler::new(28, "gathers", index);
+    let said = |error: radgrad_scene::Error| error.to_string();
+    let mut scene = Scene::new(["grey"]).map_err(said)?;
+    let material = scene.add_material("textured", [s.between(0.3, 0.9)], [0.0]).map_err(said)?;
+    let black = scene.add_material("black", [0.0], [0.0]).map_err(said)?;
+    let surface = scene.add_surface("all");
+    let texels: Vec<f64> = (0..6).map(|_| s.uniform()).collect();
+    let texture = Texture::from_fn("grid", [3, 2], 1, |column, row| vec![texels[row * 3 + column]]).map_err(said)?;
+    scene.set_texture(material, Quantity::Reflectance, texture).map_err(said)?;
+    let (u, v) = (DVec3::new(s.between(0.8, 1.2), 0.1, 0.0), DVec3::new(-0.1, s.between(0.8, 1.2), 0.0));
+    let quad = |low: [f64; 2], size: f64, z: f64| {
+        let origin = u * low[0] + v * low[1] + DVec3::Z * z;
+        Polygon::new(vec![origin, origin + u * size, origin + (u + v) * size, origin + v * size])
+            .map_err(|error| error.to_string())
+    };
+    let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+    let face = scene.add_textured_face(surface, material, quad([0.0; 2], 1.0, 0.0)?, &corners, None).map_err(said)?;
+    let way = ["clear", "screened", "near"][(index % 3) as usize];
+    let aside = [s.uniform(), s.uniform()];
+    // Close to a texel one sees nothing else.
+    let (height, tilt) = if way == "near" { (2.0_f64.powi(-44), DVec3::ZERO) } else { (s.between(1.0, 4.0), s.cube() * 0.2) };
+    let point = u * aside[0] + v * aside[1] + DVec3::Z * height;
+    let receiver = Receiver::new(point, DVec3::NEG_Z + tilt, 1.0);
+    if way == "screened" {
+        // Halfway, and as large as just to hide the quarter.
+        let quarter = quad([-1e-9; 2], 0.5 + 2e-9, 0.0)?;
+        let screen = quarter.vertices().iter().map(|p| p.midpoint(point)).collect();
+        scene.add_face(surface, black, Polygon::new(screen).map_err(|error| error.to_string())?, None).map_err(said)?;
+    }
+    let mut mesh = Mesh::new(&scene, (index / 3 % 4) as usize).map_err(|error| error.to_string())?;
+    mesh.divide(0).map_err(|error| error.to_string())?;
+    let receiver = receiver.map_err(|error| error.to_string())?;
+    let (element, basis) = (&mesh.elements()[0], mesh.basis(0));
+    let brightness = |at: [f64; 2]| scene.value_at(face, Quantity::Reflectance, element.point(at))[0];
+    let points = over(element.shape(), 6);
+    let largest_value = points.iter().map(|(at, _)| brightness(*at)).fold(0.0, largest);
+    let mean = |f: &dyn Fn([f64; 2]) -> f64| points.iter().map(|(at, weight)| weight * f(*at)).sum::<f64>();
+    let mean_value = mean(&brightness);
+    let said =
+        parts::gathers(&scene, &mesh, &receiver, 0, 1e-10, [largest_value, mean_value]).map_err(|error| error.to_string())?;
+    let mut findings = Vec::new();
+    for (name, said) in ["one link", "links to quarters"].into_iter().zip(said) {
+        if way == "near" {
+            let below = brightness(aside);
+            if exceeds(below, said.gathered * (1.0 + 1e-6)) || exceeds((said.factor - 1.0).abs(), 1e-6) {
+                findings.push(format!("by {name} {below} is seen everywhere, {said:?}"));
+            }
+            continue;
+        }
+        let is_seen = |[a, b]: [f64; 2]| way == "clear" || a > 0.5 || b > 0.5;
+        let kernel = |at: [f64; 2]| if is_seen(at) { kernel_at(&receiver, element, at) } else { 0.0 };
+        let [factor, gathered] = [mean(&kernel), mean(&|at| kernel(at) * brightness(at))];
+        let taken: Vec<f64> = (0..basis.len()).map(|i| mean(&|at| kernel(at) * basis.values(at)[i])).collect();
+        let polynomial = |at: [f64; 2]| basis.values(at).iter().zip(&taken).map(|(phi, value)| phi * value).sum::<f64>();
+        let truncation = mean(&|at| (kernel(at) - polynomial(at)).powi(2)).sqrt();
+        let [least, peak] = [smallest, largest].map(|pick: fn(f64, f64) -> f64| {
+            points.iter().map(|(at, _)| kernel_at(&receiver, element, *at)).reduce(pick).unwrap_or(f64::NAN)
+        });
+        let deviation = mean(&|at| (brightness(at) - mean_value).powi(2)).sqrt();
+        // What is uneven is gathered unevenly by no more than that, where all is seen.
+        let most = if way == "clear" { factor * mean_value + 0.55 * (peak - least) * deviation } else { factor * largest_value };
+        let room = 1e-6 * peak;
+        if exceeds((said.factor - factor).abs(), room)
+            || exceeds(gathered, said.gathered + room)
+            || exceeds(said.gathered, largest(most, gathered) + 0.02 * peak)
+            || exceeds(truncation, said.truncation + room)
+            || exceeds(said.truncation, truncation + 1e-3 * peak)
+        {
+            findings.push(format!("by {name} {gathered} is gathered with the factor {factor}, {truncation:e} left: {said:?}"));
         }
     }
     Ok(findings)
