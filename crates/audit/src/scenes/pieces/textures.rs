@@ -50,7 +50,7 @@ fn textures_of(index: u64) -> Wrong {
     let polygon = Polygon::new(corners).map_err(|error| error.to_string())?;
     let face = scene.add_textured_face(surface, material, polygon, &coordinates, None).map_err(said)?;
     // With polynomials of degree 0 the largest detail is that of a texel, of another one for each irradiance.
-    let degree = if index % 4 == 0 { 0 } else { s.below(4) as usize };
+    let degree = if index.is_multiple_of(4) { 0 } else { s.below(4) as usize };
     let mesh = Mesh::new(&scene, degree).map_err(|error| error.to_string())?;
     let irradiances: &[f64] = if degree == 0 { &[1.5, 0.1, 0.5, 5.0, 20.0, -0.5, -1.5, -20.0] } else { &[1.5] };
     let mut findings = Vec::new();
