@@ -220,6 +220,13 @@ pub fn unseen(mesh: &Mesh, of: usize) -> Vec<(usize, Option<[f64; 2]>)> {
         .collect()
 }
 
+/// The segments in which faces stand on others or cross them: the face below, that on it, and the ends.
+#[must_use]
+pub fn feet(mesh: &Mesh) -> Vec<(usize, usize, [DVec3; 2])> {
+    let edges = Edges::find(mesh);
+    (0..mesh.polygons().len()).flat_map(|face| edges.feet(face).iter().map(move |&(other, foot)| (face, other, foot))).collect()
+}
+
 /// The effect of textures on an element, in a channel.
 #[derive(Debug, Clone)]
 pub struct Texture {

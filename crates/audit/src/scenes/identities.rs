@@ -111,7 +111,7 @@ fn surfaces(index: u64) -> Wrong {
             let radiosity = |place: DVec3| solution.gather(place * size, DVec3::Z).map(|gathered| gathered.radiosity[0]);
             let [edge, beside] = [radiosity(place), radiosity(beside)].map(|of| of.map_err(|error| error.to_string()));
             let (edge, beside) = (edge?, beside?);
-            if is_worse((edge - beside).abs(), 1e-2 * beside) {
+            if is_worse((edge - beside).abs(), 5e-2 * beside) {
                 findings.push(format!("at {place} of the floor there is {edge:e}, beside it {beside:e}"));
             }
         }

@@ -285,10 +285,16 @@ fn partition_of(index: u64) -> Wrong {
             findings.push(format!("a part has the share {} of the area, one is {longest} as long as wide", least / area));
         }
     }
-    // Along a seventh of ten times as long a part, or of one in another unit, it is not cut, though the light jumps all along.
-    let long: Vec<DVec3> = whole.iter().map(|&p| p + u * (9.0 * (p - origin).dot(u) / u.length_squared())).collect();
-    let line = [[4.3, 0.41], [5.7, 0.41]].map(at);
-    for unit in [1.0, unit] {
+    // Along a seventh of a part that is ten times as long or as wide, or of one in another unit, it is not cut, though the light jumps all along.
+    for (is_wide, unit) in [(false, 1.0), (true, 1.0), (false, unit), (true, unit)] {
+        let (u, v) = if is_wide { (u, v * 10.0) } else { (u * 10.0, v) };
+        let at = |[a, b]: [f64; 2]| origin + u * a + v * b;
+        let long = if is_triangle {
+            vec![at([0.0; 2]), at([1.0, 0.0]), at([0.0, 1.0])]
+        } else {
+            vec![at([0.0; 2]), at([1.0, 0.0]), at([1.0; 2]), at([0.0, 1.0])]
+        };
+        let line = if is_wide { [[0.41, 0.22], [0.41, 0.36]] } else { [[0.22, 0.41], [0.36, 0.41]] }.map(at);
         let pieces = cut_of(&long, line, unit, (along, 1e-6), &Mutex::default())?;
         let is_on = |p: DVec3| off(p / unit, line) <= ON;
         if pieces.iter().any(|piece| sides(piece).any(|[a, b]| is_on(a) && is_on(b))) {

@@ -173,12 +173,10 @@ fn single_rays(scene: &Scene, receiver: &Receiver, lamps: &[Emitter]) -> Wrong {
     let factors: Vec<f64> = lamps.iter().map(factor).collect::<Result<_, _>>().map_err(said)?;
     let views = parts::views(scene, &places, 1).map_err(|error| error.to_string())?;
     let mut findings = Vec::new();
-    // More than a quarter, but not all.
-    let counts = |cluster: &usize| (lamps.len() / 4 + 1..lamps.len()).contains(&views[0][*cluster].elements.len());
-    for cluster in (0..views[0].len()).filter(counts) {
+    for cluster in (0..views[0].len()).filter(|&cluster| views[0][cluster].elements.len() < lamps.len()) {
         let truth: f64 = views[0][cluster].elements.iter().map(|&element| factors[element]).sum();
         let mean = views.iter().map(|views| views[cluster].sampled[0]).sum::<f64>() / f64::from(SINGLE);
-        if exceeds((mean - truth).abs(), 4.5 * (truth * (1.0 - truth) / f64::from(SINGLE)).sqrt() + 1e-9) {
+        if truth > 0.1 && exceeds((mean - truth).abs(), 4.5 * (truth * (1.0 - truth) / f64::from(SINGLE)).sqrt() + 1e-9) {
             findings.push(format!("of single rays {mean} end where {truth} ought to"));
         }
     }
@@ -272,7 +270,8 @@ pub fn sights(cases: u64) -> Vec<String> {
         }
     }
     let Partly { said, sampled } = partly;
-    if 2 * said > 3 * sampled || sampled == 0 {
+    // Where outlines are near a beam some are said to cut it that do not: two elements in three that are named are cut.
+    if 50 * said > 76 * sampled || sampled == 0 {
         findings.push(format!("{said} elements are said to see a part of a lamp, {sampled} do by samples"));
     }
     findings
@@ -287,10 +286,12 @@ fn sights_of(index: u64, partly: &mut Partly) -> Wrong {
     if s.one_in(2) {
         faces[0].truncate(3);
     }
-    // Plates that cross the floor, the wall and each other.
-    for _ in 0..s.below(3) {
-        let (middle, u) = (DVec3::new(s.between(-0.6, 0.9), s.between(0.1, 0.9), s.between(0.0, 0.3)), s.cube() * 0.5);
-        let v = s.perpendicular(u.normalize_or(DVec3::X)) * s.between(0.2, 0.5);
+    // Plates that cross the floor, the wall, the lamp and each other, some wide enough to part what is before them from what is behind.
+    for _ in 0..s.below(4) {
+        let height = if s.one_in(3) { faces[0][0].z } else { s.between(0.0, 0.3) };
+        let middle = DVec3::new(s.between(-0.6, 0.9), s.between(0.1, 0.9), height);
+        let u = s.cube() * if s.one_in(2) { 3.0 } else { 0.5 };
+        let v = s.perpendicular(u.normalize_or(DVec3::X)) * s.between(0.2, 0.6);
         let plate = vec![middle - u - v, middle + u - v, middle + u + v, middle - u + v];
         faces.push(plate.iter().rev().copied().collect());
         faces.push(plate);
@@ -298,7 +299,7 @@ fn sights_of(index: u64, partly: &mut Partly) -> Wrong {
     let (turn, offset) = (turned(s), s.cube() * 3.0);
     let faces = faces.into_iter().map(|corners| corners.into_iter().map(|p| turn(p) + offset).collect()).collect();
     let mesh = divided(faces, s)?;
-    let mut findings = Vec::new();
+    let mut findings = misplaced_feet(&mesh);
     for (element, bound) in parts::unseen(&mesh, 0) {
         let (to, from) = (&mesh.elements()[element], &mesh.elements()[0]);
         let screens = || (1..mesh.polygons().len()).filter(|&face| face != to.face()).map(|face| &mesh.polygons()[face]);
@@ -324,6 +325,54 @@ fn sights_of(index: u64, partly: &mut Partly) -> Wrong {
         partly.sampled += usize::from(is_partly);
     }
     Ok(findings)
+}
+
+/// Findings on the segments in which faces cross or stand on each other, of faces that are convex: against the parts of the line of their planes
+/// in both.
+fn misplaced_feet(mesh: &Mesh) -> Vec<String> {
+    let (feet, polygons) = (parts::feet(mesh), mesh.polygons());
+    let mut findings = Vec::new();
+    for (on, other) in (0..polygons.len()).flat_map(|on| (0..polygons.len()).map(move |other| (on, other))) {
+        let (below, above) = (&polygons[on], &polygons[other]);
+        let [height, other_height] = [below, above].map(|face| move |p: DVec3| face.normal().dot(p - face.vertices()[0]));
+        let along = below.normal().cross(above.normal());
+        let highest = above.vertices().iter().map(|&p| height(p)).fold(f64::NEG_INFINITY, largest);
+        // Faces that are nearly in one plane, and those below, are left out.
+        if along.length() < 0.05 || highest < 0.01 {
+            continue;
+        }
+        let across = along.cross(below.normal()).normalize();
+        let start = below.vertices()[0];
+        let start = start - across * (other_height(start) / above.normal().dot(across));
+        let along = along.normalize();
+        let mut range = [f64::NEG_INFINITY, f64::INFINITY];
+        for face in [below, above] {
+            let v = face.vertices();
+            for (i, &a) in v.iter().enumerate() {
+                let inward = face.normal().cross(v[(i + 1) % v.len()] - a).normalize();
+                let (slope, level) = (inward.dot(along), inward.dot(start - a));
+                // The sides of either cut off a ray of the line; one along it all or nothing.
+                if slope.abs() < 1e-9 {
+                    range[1] = if level < -1e-9 { f64::NEG_INFINITY } else { range[1] };
+                } else if slope > 0.0 {
+                    range[0] = largest(range[0], -level / slope);
+                } else {
+                    range[1] = smallest(range[1], -level / slope);
+                }
+            }
+        }
+        let ends = range.map(|share| start + along * share);
+        let said = feet.iter().find(|(face, foot, _)| *face == on && *foot == other).map(|(.., [a, b])| [*a, *b]);
+        let is_there = range[1] - range[0] > 1e-3;
+        let is_it = |[a, b]: [DVec3; 2]| {
+            let apart = |p: DVec3, q: DVec3| p.distance(ends[0]) + q.distance(ends[1]);
+            smallest(apart(a, b), apart(b, a)) <= 1e-6
+        };
+        if is_there && !said.is_some_and(is_it) || range[1] < range[0] - 1e-3 && said.is_some() {
+            findings.push(format!("face {other} is on face {on} at {range:?} from {start} along {along}, said {said:?}"));
+        }
+    }
+    findings
 }
 
 /// With how many elements get light of a lamp that no node of them sees.

@@ -50,9 +50,9 @@ fn textures_of(index: u64) -> Wrong {
     let polygon = Polygon::new(corners).map_err(|error| error.to_string())?;
     let face = scene.add_textured_face(surface, material, polygon, &coordinates, None).map_err(said)?;
     // With polynomials of degree 0 the largest detail is that of a texel, of another one for each irradiance.
-    let degree = if index % 6 < 2 { 0 } else { s.below(4) as usize };
+    let degree = if index.is_multiple_of(4) { 0 } else { s.below(4) as usize };
     let mesh = Mesh::new(&scene, degree).map_err(|error| error.to_string())?;
-    let irradiances: &[f64] = if degree == 0 { &[1.5, 0.1, 20.0, -1.5, -20.0] } else { &[1.5] };
+    let irradiances: &[f64] = if degree == 0 { &[1.5, 0.1, 0.5, 5.0, 20.0, -0.5, -1.5, -20.0] } else { &[1.5] };
     let mut findings = Vec::new();
     for (&root, &even) in mesh.roots().iter().flat_map(|root| irradiances.iter().map(move |even| (root, even))) {
         let (element, basis) = (&mesh.elements()[root], mesh.basis(root));
@@ -149,7 +149,9 @@ fn gathers_of(index: u64) -> Wrong {
     let material = scene.add_material("textured", [s.between(0.3, 0.9)], [0.0]).map_err(said)?;
     let black = scene.add_material("black", [0.0], [0.0]).map_err(said)?;
     let surface = scene.add_surface("all");
-    let texels: Vec<f64> = (0..6).map(|_| s.uniform()).collect();
+    // Of one kind as well as another, or one bright among dark ones.
+    let is_sparse = s.one_in(2);
+    let texels: Vec<f64> = (0..6).map(|k| if is_sparse { if k == 2 { 0.9 } else { 0.02 } } else { s.uniform() }).collect();
     let texture = Texture::from_fn("grid", [3, 2], 1, |column, row| vec![texels[row * 3 + column]]).map_err(said)?;
     scene.set_texture(material, Quantity::Reflectance, texture).map_err(said)?;
     let (u, v) = (DVec3::new(s.between(0.8, 1.2), 0.1, 0.0), DVec3::new(-0.1, s.between(0.8, 1.2), 0.0));
@@ -181,8 +183,7 @@ fn gathers_of(index: u64) -> Wrong {
     let largest_value = points.iter().map(|(at, _)| brightness(*at)).fold(0.0, largest);
     let mean = |f: &dyn Fn([f64; 2]) -> f64| points.iter().map(|(at, weight)| weight * f(*at)).sum::<f64>();
     let mean_value = mean(&brightness);
-    let said =
-        parts::gathers(&scene, &mesh, &receiver, 0, 1e-10, [largest_value, mean_value]).map_err(|error| error.to_string())?;
+    let said = parts::gathers(&scene, &mesh, &receiver, 0, 1e-10, [largest_value; 2]).map_err(|error| error.to_string())?;
     let mut findings = Vec::new();
     for (name, said) in ["one link", "links to quarters"].into_iter().zip(said) {
         if way == "near" {
@@ -203,7 +204,8 @@ fn gathers_of(index: u64) -> Wrong {
         });
         let deviation = mean(&|at| (brightness(at) - mean_value).powi(2)).sqrt();
         // What is uneven is gathered unevenly by no more than that, where all is seen.
-        let most = if way == "clear" { factor * mean_value + 0.55 * (peak - least) * deviation } else { factor * largest_value };
+        let uneven = smallest(factor * mean_value + 0.55 * (peak - least) * deviation, peak * mean_value);
+        let most = if way == "clear" { uneven } else { factor * largest_value };
         let room = 1e-6 * peak;
         if exceeds((said.factor - factor).abs(), room)
             || exceeds(gathered, said.gathered + room)

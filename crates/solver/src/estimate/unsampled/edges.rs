@@ -138,6 +138,11 @@ impl Edges {
         self.solids[face]
     }
 
+    /// The other faces that stand on a face or cross it, and the segments in which they do.
+    pub(crate) fn feet(&self, face: usize) -> &[(usize, [DVec3; 2])] {
+        &self.feet[face]
+    }
+
     /// A face, of some, that stands on another or crosses it inside a convex part of that.
     pub(super) fn standing(&self, face: usize, part: &[DVec3], among: &[usize]) -> Option<usize> {
         let normal = self.planes[face][1];
