@@ -138,47 +138,89 @@ pub(crate) const fn entries(counts: &Counts) -> usize {
 /// If a lamp is refused or an answer overflows.
 fn of_stack(index: u64) -> Result<Vec<String>, Error> {
     let sampler = &mut Sampler::new(20, "stacks", index);
-    let (way, depth) = (sampler.direction(), sampler.spread(-3, 1));
+    // One that is narrow, flat and of many lamps has a far field.
+    let (narrow, count) = if sampler.one_in(2) { (0.1, 40) } else { (1.0, 24) };
+    let (way, depth) = (sampler.direction(), sampler.spread(-3, 1) * narrow);
     let (u, v) = way.any_orthonormal_pair();
     let turn = if sampler.one_in(2) { 0.0 } else { sampler.spread(-12, -1) };
     let mut lamps = Vec::new();
-    for _ in 0..24 {
-        let place = way * (depth * sampler.uniform()) + (u * sampler.uniform() + v * sampler.uniform()) * 0.5;
+    for _ in 0..count {
+        let place = way * (depth * sampler.uniform()) + (u * sampler.uniform() + v * (narrow * sampler.uniform())) * 0.5;
         let facing = way + sampler.cube() * turn;
         let (first, second) = facing.any_orthonormal_pair();
-        let size = sampler.between(0.05, 0.1);
+        let size = sampler.between(0.05, 0.1) * narrow;
         let corners = [place, place + first * size, place + second * size];
         lamps.push(Emitter::new(Polygon::new(corners.to_vec())?, Emission::Constant(sampler.between(0.5, 2.0)))?);
     }
-    let (mut findings, mut answers) = (Vec::new(), Answers::new());
     let tree = EmitterTree::new(&lamps);
+    let mut findings = Vec::new();
     for k in 0..6 {
-        // Among them, or far off.
+        // Among them, or far off, before them or about level with them: then some face it, and others do not.
         let along = if k < 4 { depth * sampler.between(-0.5, 1.5) } else { sampler.spread(1, 6) };
-        let place = way * along + u * sampler.between(-1.0, 3.0) + v * 0.25;
-        let receiver = Receiver::new(place, sampler.direction() - way * 0.5, 1.0)?;
-        let alone = lamps.iter().map(|lamp| evaluate_to(&receiver, lamp, &[], 1e-10)).collect::<Result<Vec<_>, _>>()?;
-        let (sum, sizes) = alone.iter().fold((0.0, 0.0), |(sum, sizes), a| (sum + a.radiosity, sizes + a.radiosity.abs()));
-        let room: f64 = alone.iter().map(|a| a.radiosity_error).sum::<f64>() + 1e-15 * sizes;
-        let (x, n) = (receiver.position().to_array().map(|c| [c]), receiver.direction().to_array().map(|c| [c]));
-        let receivers = Receivers::new([&x[0], &x[1], &x[2]], [&n[0], &n[1], &n[2]], &[1.0])?;
-        for tolerance in [0.3, 1e-2, 1e-3, 1e-4, 1e-5, 1e-7, 1e-9] {
-            Engine::new().total(&receivers, &tree, tolerance, &mut answers)?;
-            let error = (answers.radiosity[0] - sum).abs();
-            if is_worse(error, answers.radiosity_error[0] + room) {
-                findings.push(format!("a total of {sum:e} is off by {error:e}, known to {:e}", answers.radiosity_error[0]));
-            }
+        let place = match k {
+            5 => (u + way * (turn * sampler.between(-1.0, 1.0))) * along + way * (depth * 0.5),
+            _ => way * along + u * sampler.between(-1.0, 3.0),
+        };
+        let toward = if k == 5 { -u } else { -way };
+        let receiver = Receiver::new(place + v * 0.25, sampler.direction() + toward * 0.5, 1.0)?;
+        findings.extend(contradictions(&receiver, &tree, &lamps, &[0.3, 1e-2, 1e-3, 1e-4, 1e-5, 1e-7, 1e-9])?);
+    }
+    Ok(findings)
+}
+
+/// Contradictions between the total by a tree and its lamps one by one.
+fn contradictions(
+    receiver: &Receiver,
+    tree: &EmitterTree<'_>,
+    lamps: &[Emitter],
+    tolerances: &[f64],
+) -> Result<Vec<String>, Error> {
+    let alone = lamps.iter().map(|lamp| evaluate_to(receiver, lamp, &[], 1e-10)).collect::<Result<Vec<_>, _>>()?;
+    let (sum, sizes) = alone.iter().fold((0.0, 0.0), |(sum, sizes), a| (sum + a.radiosity, sizes + a.radiosity.abs()));
+    let room: f64 = alone.iter().map(|a| a.radiosity_error).sum::<f64>() + 1e-15 * sizes;
+    let (x, n) = (receiver.position().to_array().map(|c| [c]), receiver.direction().to_array().map(|c| [c]));
+    let receivers = Receivers::new([&x[0], &x[1], &x[2]], [&n[0], &n[1], &n[2]], &[1.0])?;
+    let (mut findings, mut answers) = (Vec::new(), Answers::new());
+    for tolerance in tolerances {
+        Engine::new().total(&receivers, tree, *tolerance, &mut answers)?;
+        let error = (answers.radiosity[0] - sum).abs();
+        if is_worse(error, answers.radiosity_error[0] + room) {
+            findings.push(format!("a total of {sum:e} is off by {error:e}, known to {:e}", answers.radiosity_error[0]));
         }
     }
     Ok(findings)
+}
+
+/// Lamps that rise from about a receiver on all sides, all but level with it: each gives what the angle between the two planes allows.
+///
+/// # Errors
+/// If a lamp is refused or an answer overflows.
+fn of_valley(index: u64) -> Result<Vec<String>, Error> {
+    let sampler = &mut Sampler::new(21, "valleys", index);
+    let (up, rise, count) = (sampler.direction(), sampler.spread(-12, -1), 2 + sampler.below(3));
+    let across = sampler.perpendicular(up);
+    let mut lamps = Vec::new();
+    for k in 0..count {
+        let (sin, cos) = libm::sincos(2.0 * std::f64::consts::PI * f64::from(k) / f64::from(count));
+        let (out, along) = (across * cos + up.cross(across) * sin, up.cross(across) * cos - across * sin);
+        // One of them may rise more, or not at all.
+        let outward = out + up * (rise * sampler.between(0.0, 2.0));
+        let [near, far] = [out * 0.1, outward * 40.0];
+        let corners = [near - along * 0.1, far - along * 20.0, far + along * 20.0, near + along * 0.1];
+        let polygon = Polygon::from_rounded(corners.to_vec(), 1e-13)?;
+        lamps.push(Emitter::new(polygon, Emission::Constant(sampler.between(0.5, 2.0)))?);
+    }
+    let receiver = Receiver::new(DVec3::ZERO, up + sampler.cube() * (rise * sampler.between(0.0, 0.1)), 1.0)?;
+    let largest = rise * rise;
+    contradictions(&receiver, &EmitterTree::new(&lamps), &lamps, &[3.0, 64.0 * largest, 16.0 * largest, largest, 1e-2 * largest])
 }
 
 /// Contradictions in the first cases.
 #[must_use]
 pub fn all_wrong(count: u64) -> Vec<String> {
     let ask = |index: u64| {
-        let stack = index.is_multiple_of(6).then(|| of_stack(index));
-        let told = std::iter::once(wrong(index)).chain(stack);
+        let others = index.is_multiple_of(6).then(|| [of_stack(index), of_valley(index)]);
+        let told = std::iter::once(wrong(index)).chain(others.into_iter().flatten());
         let findings = told.flat_map(|told| told.unwrap_or_else(|error| vec![error.to_string()]));
         findings.collect::<Vec<_>>().into_iter().map(move |what| format!("lamps:{index}: {what}"))
     };

@@ -6,7 +6,10 @@
 use glam::DVec3;
 use radgrad_certificate::{Request, certify};
 use radgrad_core::batch::{Answers, Engine, Receivers};
-use radgrad_core::{Emission, Emitter, Error, Polygon, Polynomial, Receiver, evaluate_digits, evaluate_to};
+use radgrad_core::{
+    DMat3, Emission, Emitter, Error, Polygon, Polynomial, Receiver, Tolerance, derivatives, evaluate_digits, evaluate_to,
+    evaluate_value, hessian, hessian_to, irradiance_vector, irradiance_vector_to,
+};
 
 use crate::cases::sampler::Sampler;
 use crate::checks::screens::of_faces;
@@ -181,8 +184,65 @@ fn limits() -> Vec<String> {
     );
     let digits = receiver.and_then(|receiver| evaluate_digits(&receiver, &lamp(Emission::Constant(1.0))?, &[], 30));
     hold("no digits below the horizon", digits.is_ok_and(|a| a.radiosity == "0" && a.radiosity_error == "0"));
+    hold("relative tolerances from none to all", tolerances([0.0, 1.0, -1e-9, 1.0 + 1e-9, f64::NAN]) == Ok([5, 5, 0, 0, 0]));
+    let value = |absolute: f64| {
+        let receiver = Receiver::new(DVec3::ZERO, DVec3::Z, 1.0)?;
+        evaluate_value(&receiver, &lamp(Emission::Constant(1.0))?, [], Tolerance { relative: 0.0, absolute })
+    };
+    let are_answered = [0.0, 1e300, -1e-9, f64::INFINITY, f64::NAN].map(|absolute| value(absolute).is_ok());
+    hold("absolute tolerances from none on", are_answered == [true, true, false, false, false]);
+    for odd in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        for index in 0..3 {
+            let mut corners = vec![DVec3::Z, DVec3::Y, DVec3::X];
+            corners[index].y = odd;
+            let said = [Polygon::new(corners.clone()), Polygon::from_rounded(corners, 1e-3)];
+            let is_named = |said: &Result<_, Error>| matches!(said, Err(Error::VertexNotFinite { index: i, .. }) if *i == index);
+            hold("a corner that is no number", said.iter().all(is_named));
+        }
+    }
+    let bow = [[0.0, 0.0], [2.0, 2.0], [2.0, 0.0], [0.0, 3.0]].map(|[x, y]| DVec3::new(x, y, 1.0)).to_vec();
+    let said =
+        [Polygon::new(bow.clone()), Polygon::from_rounded(bow, 1e-3)].map(|said| said.err().map(|error| error.to_string()));
+    let speaks_of_precision = said.map(|said| said.map(|said| said.contains("the precision")));
+    hold("edges that meet, and how precisely they are known", speaks_of_precision == [Some(false), Some(true)]);
+    hold("nothing from what is dark, wherever it is", darkness() == Ok((true, true)));
     hold("any probability of failure but none and one", certificates() == Some([true, true, true, false, false, false, false]));
     findings
+}
+
+/// By how many of the ways to ask each tolerance is accepted.
+fn tolerances(asked: [f64; 5]) -> Result<[usize; 5], Error> {
+    let receiver = Receiver::new(DVec3::ZERO, DVec3::Z, 1.0)?;
+    let emitter = Emitter::new(Polygon::new(vec![DVec3::Z, DVec3::Z + DVec3::Y, DVec3::Z + DVec3::X])?, Emission::Constant(1.0))?;
+    let none: [&Polygon; 0] = [];
+    let ways = |relative: f64| {
+        [
+            evaluate_to(&receiver, &emitter, none, relative).is_ok(),
+            evaluate_value(&receiver, &emitter, none, Tolerance { relative, absolute: 0.0 }).is_ok(),
+            hessian_to(&receiver, &emitter, none, relative).is_ok(),
+            irradiance_vector_to(&receiver, &emitter, none, relative).is_ok(),
+            derivatives(&receiver, &emitter, none, relative).is_ok(),
+        ]
+    };
+    Ok(asked.map(|relative| ways(relative).into_iter().filter(|accepted| *accepted).count()))
+}
+
+/// Whether a receiver on the surface of an emitter that is not flat gets nothing where the emitter is dark, and else no vector.
+fn darkness() -> Result<(bool, bool), Error> {
+    let corners = [[0.0, 0.0], [0.0, 1.0], [1.0, 1.0], [1.0, 0.0]].map(|[x, y]| DVec3::new(x, y, 1e-9 * x * y));
+    let polygon = Polygon::from_rounded(corners.to_vec(), 1e-9)?;
+    let receiver = Receiver::new(DVec3::new(0.5, 0.5, 0.25e-9), DVec3::X, 1.0)?;
+    let none: [&Polygon; 0] = [];
+    let [dark, lit] = [0.0, 1.0].map(|value| Emitter::new(polygon.clone(), Emission::Constant(value)));
+    let (dark, lit) = (dark?, lit?);
+    let is_nothing = hessian(&receiver, &dark)? == DMat3::ZERO
+        && irradiance_vector(&receiver, &dark)? == DVec3::ZERO
+        && hessian_to(&receiver, &dark, none, 1.0).is_ok_and(|answer| answer.matrix == DMat3::ZERO && answer.error == 0.0)
+        && irradiance_vector_to(&receiver, &dark, none, 1.0)
+            .is_ok_and(|answer| answer.vector == DVec3::ZERO && answer.error == 0.0)
+        && evaluate_to(&receiver, &dark, none, 0.0).is_ok_and(|answer| answer.radiosity == 0.0 && answer.radiosity_error == 0.0);
+    let is_refused = |error: Option<Error>| matches!(error, Some(Error::OnSurface { .. }));
+    Ok((is_nothing, is_refused(hessian(&receiver, &lit).err()) && is_refused(irradiance_vector(&receiver, &lit).err())))
 }
 
 /// Whether a certificate of a dark scene is made that fails with some probabilities.

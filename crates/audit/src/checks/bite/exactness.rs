@@ -112,6 +112,9 @@ fn decimals(sampler: &mut Sampler) -> Vec<String> {
     let ten = libm::exp10(sampler.integer(-200, 200) as f64);
     let bound = ten * if sampler.one_in(2) { sampler.between(1.0, 10.0) } else { 1.0 - sampler.spread(-40, -6) };
     let mut findings = Vec::new();
+    if upper_decimal(Magnitude::from(0.0)) != "0" {
+        findings.push(format!("no error is written {}", upper_decimal(Magnitude::from(0.0))));
+    }
     let text = upper_decimal(Magnitude::from(bound));
     let digits = text.split('e').next().map_or(0, str::len);
     if !text.parse().is_ok_and(|upper: f64| upper >= bound && upper <= bound * 1.011 && digits == 4) {
@@ -130,6 +133,10 @@ fn magnitudes(sampler: &mut Sampler) -> Vec<String> {
     let [a, b] = [(); 2].map(|()| sampler.spread(-40, 40) * sampler.between(1.0, 2.0));
     let (p, q, shift) = (Magnitude::from(a), Magnitude::from(b), Magnitude::power_of_two(sampler.integer(-9000, 9000)));
     let back = |m: Magnitude| (m / shift).to_double();
+    // A double, and what is between two of them: rounded it is off by half their distance at most, and at least by what it is off.
+    let rounded = |mid: Big| Enclosure { mid: mid.to_float(), radius: p }.to_double();
+    let ((exact, of_exact), (near, of_near)) = (rounded(big(b)), rounded(big(b) + big(b * 1e-17)));
+    let holds = (f64::from(u8::from(near == b && of_near >= p + Magnitude::from(b * 1e-17))), 1.0);
     let (up, down) = (p * shift, q * shift);
     let pairs = [
         (back(up + down), a + b),
@@ -144,6 +151,9 @@ fn magnitudes(sampler: &mut Sampler) -> Vec<String> {
         (relative_error(&[Enclosure { mid: big(b).to_float(), radius: Magnitude::from(0.0) }]).to_double(), 0.0),
         (enough_for_doubles(a).to_double(), (a / 4.0).max(ROUNDOFF / 64.0)),
         (f64::from(u8::from(up < down)), f64::from(u8::from(a < b))),
+        (exact, b),
+        (of_exact.to_double(), a),
+        holds,
         (Magnitude::of_number(&big(a).to_float()).to_double(), a),
     ];
     let is_off =

@@ -1,11 +1,13 @@
 //! Which outlines are polygons, judged by whole numbers: corners on a small grid, so that edges often meet, fold back or have a corner in
-//! common, in a plane and a unit in which every coordinate is exact.
+//! common, in a plane and a unit in which every coordinate is exact. And of those that are: what one hides of a larger lamp is as much as it
+//! gives in its place. As a lamp it is taken whole, and as a screen in convex parts.
 
 use glam::DVec3;
-use radgrad_core::{Error, Polygon};
+use radgrad_core::{Emission, Emitter, Error, Polygon, Receiver, evaluate_to};
 use radgrad_scene::{largest, smallest};
 
 use crate::cases::sampler::Sampler;
+use crate::measures::measure::is_worse;
 
 type Corner = [i64; 2];
 
@@ -89,7 +91,32 @@ fn wrong(sampler: &mut Sampler) -> Vec<String> {
         }
     };
     let told = || format!("{vertices:?}: {said:?}; {twice} twice the area, repeated: {repeated:?}, edges meet: {crossing}");
-    if is_right { Vec::new() } else { vec![told()] }
+    if !is_right {
+        return vec![told()];
+    }
+    let Ok(screen) = said else { return Vec::new() };
+    let hidden = hidden([start, u, v].map(|vector| vector * unit), screen);
+    hidden.unwrap_or_else(|error| vec![error.to_string()]).into_iter().map(|what| format!("{vertices:?}: {what}")).collect()
+}
+
+/// Contradictions between what an outline of a grid hides and what it gives.
+fn hidden([start, u, v]: [DVec3; 3], outline: Polygon) -> Result<Vec<String>, Error> {
+    let side = u.cross(v).dot(outline.normal()).signum();
+    let up = u.cross(v) * (side / u.length());
+    let receiver = Receiver::new(start + u * 2.0 + v + up * 2.0, -up + u * 0.3, 1.0)?;
+    let mut corners = [[-9.0, -9.0], [9.0, -9.0], [9.0, 13.0], [-9.0, 13.0]].map(|[x, y]| start + u * x + v * y - up).to_vec();
+    if side < 0.0 {
+        corners.reverse();
+    }
+    let lamp = Emitter::new(Polygon::new(corners)?, Emission::Constant(1.0))?;
+    let whole = evaluate_to(&receiver, &lamp, &[], 1.0)?;
+    let seen = evaluate_to(&receiver, &lamp, [&outline], 1.0)?;
+    let own = evaluate_to(&receiver, &Emitter::new(outline, Emission::Constant(1.0))?, &[], 1.0)?;
+    let off = (whole.radiosity - seen.radiosity - own.radiosity).abs();
+    let room = whole.radiosity_error + seen.radiosity_error + own.radiosity_error + f64::EPSILON * whole.radiosity;
+    let is_off = is_worse(off, room) || is_worse(room, 1e-10);
+    let told = || format!("{seen:?} of {whole:?} is seen beside {own:?}: off by {off:e}, known to {room:e}");
+    Ok(if is_off { vec![told()] } else { Vec::new() })
 }
 
 /// Contradictions of so many drawn outlines.
