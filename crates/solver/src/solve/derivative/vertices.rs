@@ -1,0 +1,159 @@
+//! Derivatives of a weighted sum of radiosities by the vertices of faces, with estimates of their errors.
+//!
+//! They are sums of the integrals of [`crate::solve::derivative::sampled`], and of what comes in at the outlines of the surfaces whose means
+//! are weighed. A first few samples of each domain say how its integrand varies; as many samples as pay by that are taken, in several shifted
+//! copies of one pattern, whose differences estimate the error of their mean. They follow from the scene alone.
+
+use radgrad_core::DVec3;
+use radgrad_scene::Scene;
+use rayon::prelude::*;
+
+use crate::field::Field;
+use crate::links::cluster::sampled::Numbers;
+use crate::mesh::basis::dot;
+use crate::mesh::rule::rectangular;
+use crate::solve::derivative::sampled::{Domain, Integrands, Sum, Viewpoint};
+use crate::solve::derivative::{Derivative, WeightedSum};
+use crate::solve::solution::Solution;
+
+/// Shifted copies of the samples.
+const COPIES: usize = 16;
+
+/// Samples of a domain that say how it varies.
+const FIRST: usize = 64;
+
+/// Samples for each gather of the solution, and the fewest: about as long as the solution took.
+const PER_GATHER: f64 = 1.0;
+const FEWEST: f64 = 1e6;
+
+/// Gauss nodes of a piece of an outline, and pieces.
+const NODES: usize = 4;
+const PIECES: usize = 16;
+
+/// Steps of a sequence that fills the cube evenly: powers of the root of `x^4 = x + 1` (M. Roberts 2018).
+const STEPS: [f64; 3] = [0.819_172_513_396_164_5, 0.671_043_606_703_789_3, 0.549_700_477_901_970_1];
+
+/// By each vertex, channel after channel.
+struct ByVertex {
+    channels: usize,
+    values: Vec<DVec3>,
+}
+
+impl Sum for ByVertex {
+    fn add(&mut self, vertex: usize, channel: usize, change: DVec3) {
+        self.values[vertex * self.channels + channel] += change;
+    }
+}
+
+/// The sum of the squares of what is added.
+struct Squares(f64);
+
+impl Sum for Squares {
+    fn add(&mut self, _: usize, _: usize, change: DVec3) {
+        self.0 += change.length_squared();
+    }
+}
+
+impl Solution {
+    /// Adds the derivatives by vertices, with this importance as it is sent.
+    pub(super) fn add_vertices(
+        &self,
+        scene: &Scene,
+        sum: &WeightedSum,
+        (sent, points): (&Field, Vec<Viewpoint>),
+        derivative: &mut Derivative,
+    ) {
+        let integrands = Integrands::new(self, sent, points);
+        let channels = self.channels().len();
+        let counts = self.counts(&integrands);
+        let of_copy = |copy: usize| {
+            let mut by_vertex = ByVertex { channels, values: vec![DVec3::ZERO; integrands.vertices() * channels] };
+            for (index, &(domain, count)) in counts.iter().enumerate() {
+                for unit in pattern(index, copy, count) {
+                    integrands.add(domain, unit, 1.0 / count as f64, &mut by_vertex);
+                }
+            }
+            by_vertex.values
+        };
+        let copies: Vec<Vec<DVec3>> = (0..COPIES).into_par_iter().map(of_copy).collect();
+        let mut exact = ByVertex { channels, values: vec![DVec3::ZERO; integrands.vertices() * channels] };
+        self.add_outlines(scene, &sum.surfaces, &integrands, &mut exact);
+        let (values, errors): (Vec<DVec3>, Vec<f64>) = (0..exact.values.len())
+            .map(|index| {
+                let mean = copies.iter().map(|copy| copy[index]).sum::<DVec3>() / COPIES as f64;
+                let square = copies.iter().map(|copy| (copy[index] - mean).length_squared()).sum::<f64>();
+                let value = mean + exact.values[index];
+                let error = (square / (COPIES * (COPIES - 1)) as f64).sqrt();
+                let by_solution = derivative.relative_estimate[index % channels] * value.length();
+                (value * self.placement.power(), error.hypot(by_solution) * self.placement.power())
+            })
+            .unzip();
+        let (mut values, mut errors) = (values.chunks_exact(channels), errors.chunks_exact(channels));
+        for polygon in self.system.mesh.polygons() {
+            let count = polygon.vertices().len();
+            derivative.vertices.push(values.by_ref().take(count).map(<[DVec3]>::to_vec).collect());
+            derivative.vertices_error.push(errors.by_ref().take(count).map(<[f64]>::to_vec).collect());
+        }
+    }
+
+    /// How many samples each copy has of each domain: most where the integrand varies most.
+    fn counts(&self, integrands: &Integrands<'_>) -> Vec<(Domain, usize)> {
+        let domains = integrands.domains();
+        let variation = |(index, &domain): (usize, &Domain)| {
+            let mut squares = Squares(0.0);
+            for unit in pattern(index, COPIES, FIRST) {
+                integrands.add(domain, unit, 1.0, &mut squares);
+            }
+            (squares.0 / FIRST as f64).sqrt()
+        };
+        let variations: Vec<f64> = domains.par_iter().enumerate().map(variation).collect();
+        let whole: f64 = variations.iter().sum();
+        let samples = radgrad_scene::largest(FEWEST, PER_GATHER * self.progress.gathers as f64) / COPIES as f64;
+        let count = |variation: f64| 1 + (samples * crate::field::gathering::ratio(variation, whole)) as usize;
+        domains.into_iter().zip(variations).map(|(domain, variation)| (domain, count(variation))).collect()
+    }
+
+    /// Adds the change of means as the outlines of their faces move: the light that comes in at an edge, less the mean.
+    fn add_outlines(&self, scene: &Scene, weights: &[Vec<f64>], integrands: &Integrands<'_>, by_vertex: &mut ByVertex) {
+        let mesh = &self.system.mesh;
+        let mut areas = vec![0.0; weights.len()];
+        let mut powers = vec![vec![0.0; by_vertex.channels]; weights.len()];
+        for element in mesh.roots().iter().map(|&root| (root, &mesh.elements()[root])).filter(|_| !weights.is_empty()) {
+            let (root, element) = element;
+            let surface = scene.faces()[element.face()].surface();
+            areas[surface] += element.area();
+            for (channel, power) in powers[surface].iter_mut().enumerate() {
+                *power += element.area() * self.coefficients_on(root, channel)[0];
+            }
+        }
+        for edge in &integrands.edges {
+            let surface = scene.faces()[edge.face].surface();
+            let Some(weights) = weights.get(surface).filter(|weights| weights.iter().any(|weight| *weight != 0.0)) else { continue };
+            let outward = edge.direction.cross(mesh.polygons()[edge.face].normal());
+            for (piece, node) in (0..PIECES).flat_map(|piece| rectangular(NODES, 1).into_iter().map(move |node| (piece, node))) {
+                let part = (piece as f64 + node.at[0]) / PIECES as f64;
+                let at = edge.place(part);
+                let Some(leaf) = mesh.leaf_at(edge.face, at) else { continue };
+                let values = self.basis(leaf).values(mesh.elements()[leaf].reference(at));
+                for (channel, weight) in weights.iter().enumerate() {
+                    let light = dot(&self.coefficients_on(leaf, channel), &values) - powers[surface][channel] / areas[surface];
+                    let change = outward * (weight * light / areas[surface] * edge.length * node.weight / PIECES as f64);
+                    for (end, hat) in edge.ends.into_iter().zip([1.0 - part, part]) {
+                        by_vertex.add(integrands.vertex(edge.face, end), channel, change * hat);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// So many places of the unit cube, for a copy of the samples of a domain.
+fn pattern(domain: usize, copy: usize, count: usize) -> impl Iterator<Item = [f64; 4]> {
+    let mut numbers = Numbers::from_seed((domain * (COPIES + 1) + copy) as u64);
+    let shifts = [(); 4].map(|()| numbers.next());
+    (0..count).map(move |index| {
+        let first = (index as f64 + shifts[0]) / count as f64;
+        let [a, b, c] = [0, 1, 2].map(|k| (shifts[k + 1] + STEPS[k] * index as f64).fract());
+        [first, a, b, c]
+    })
+}
