@@ -1,7 +1,14 @@
 use radgrad_core::{DVec3, Polygon};
 use radgrad_scene::{Degenerate, Scene};
 use radgrad_solver::*;
-use std::time::Instant;
+struct Instant(f64);
+struct Lasted(f64);
+impl Lasted { fn as_secs_f64(&self) -> f64 { self.0 } }
+impl Instant {
+    fn cpu() -> f64 { let s = std::fs::read_to_string("/proc/self/stat").unwrap(); let f: Vec<&str> = s.rsplit(')').next().unwrap().split_whitespace().collect(); (f[11].parse::<f64>().unwrap() + f[12].parse::<f64>().unwrap()) / 100.0 }
+    fn now() -> Self { Self(Self::cpu()) }
+    fn elapsed(&self) -> Lasted { Lasted(Self::cpu() - self.0) }
+}
 
 fn rebuilt(read: &Scene, black: bool, by: &dyn Fn(&str, usize, usize, DVec3) -> DVec3) -> Scene {
     let mut scene = Scene::new(read.channels().to_vec()).unwrap();
@@ -37,9 +44,22 @@ fn cornell() -> Scene {
     scene
 }
 
+fn office() -> Scene {
+    let mut scene = Scene::read("data/scenes/office.obj", Degenerate::Refuse).unwrap();
+    let lamp = scene.add_material("lamp", vec![0.3; scene.channels().len()], vec![20.0; scene.channels().len()]).unwrap();
+    let add = |scene: &mut Scene, name: &str, low: [f64; 2], high: [f64; 2], z: f64| {
+        let surface = scene.add_surface(name);
+        let corners = [[low[0], low[1]], [low[0], high[1]], [high[0], high[1]], [high[0], low[1]]].map(|[x, y]| DVec3::new(x, y, z));
+        scene.add_face(surface, lamp, Polygon::new(corners.to_vec()).unwrap(), None).unwrap();
+    };
+    add(&mut scene, "lamp1", [1.2, 1.0], [2.0, 1.3], 2.6);
+    add(&mut scene, "lamp2", [3.0, 2.4], [3.3, 3.4], 2.7);
+    scene
+}
+
 fn main() {
     let args: Vec<String> = std::env::args().collect();
-    let scene = if args[1] == "cornell" { cornell() } else { Scene::read(&args[1], Degenerate::Refuse).unwrap() };
+    let scene = if args[1] == "cornell" { cornell() } else if args[1] == "office" { office() } else { Scene::read(&args[1], Degenerate::Refuse).unwrap() };
     let error: f64 = args[2].parse().unwrap();
     let fine: f64 = args[3].parse().unwrap();
     let step: f64 = args[4].parse().unwrap();
@@ -54,12 +74,12 @@ fn main() {
     let up = if args[1] == "cornell" { DVec3::Y } else { DVec3::Z };
     let (ax, ay) = up.any_orthonormal_pair();
     let at = |u: f64, v: f64, h: f64| { let d = high - low; low + d * (ax.abs() * u + ay.abs() * v + up * h) };
-    let places = [(at(0.3, 0.25, 0.0), up), (at(0.7, 0.4, 0.0), up), (at(0.5, 0.1, 0.0), up), (at(0.6, 0.6, 0.45), up), (at(0.2, 0.8, 0.3), up + ax)];
+    let places = [(at(0.1, 0.1, 0.0), up), (at(0.8, 0.2, 0.0), up), if args[1] == "office" { (DVec3::new(1.5, 1.5, 0.75), up) } else { (at(0.5, 0.08, 0.0), up) }, (at(0.6, 0.6, 0.75), up), (at(0.2, 0.8, 0.3), up + ax)];
     let channels = scene.channels().len();
     let mut sums = Vec::new();
     let area: f64 = (0..scene.surfaces().len()).map(|s| scene.area_of(s)).sum();
     sums.push(WeightedSum { surfaces: (0..scene.surfaces().len()).map(|s| vec![scene.area_of(s) / area; channels]).collect(), points: vec![] });
-    sums.push(WeightedSum { surfaces: scene.surfaces().iter().map(|s| vec![if s.name().contains("floor") || s.name() == "desk" { 1.0 } else { 0.0 }; channels]).collect(), points: vec![] });
+    sums.push(WeightedSum { surfaces: scene.surfaces().iter().map(|s| vec![if s.name().contains("floor") || s.name() == "room_b" || s.name() == "desk_t" { 1.0 } else { 0.0 }; channels]).collect(), points: vec![] });
     for (position, normal) in places {
         sums.push(WeightedSum { surfaces: vec![], points: vec![WeightedPoint { position, normal, weights: vec![1.0; channels] }] });
     }
@@ -67,7 +87,7 @@ fn main() {
     let plain = { let s = Instant::now(); solution.derivative(&scene, &sums[0]).unwrap(); s.elapsed().as_secs_f64() };
     println!("solved in {solved:.2} s, {:?}, derivative {plain:.2} s, with vertices {:?}", solution.progress(), derivatives.iter().map(|d| (d.1 * 100.0).round() / 100.0).collect::<Vec<_>>());
     // motions
-    let centre = |names: &[&str]| { let mut n = 0.0; let mut c = DVec3::ZERO; for f in scene.faces() { if names.contains(&scene.surfaces()[f.surface()].name()) { for v in f.polygon().vertices() { c += *v; n += 1.0; } } } c / n };
+    let centre = |names: &[&str]| { let mut n = 0.0; let mut c = DVec3::ZERO; for f in scene.faces() { if names.iter().any(|n| scene.surfaces()[f.surface()].name().starts_with(n)) { for v in f.polygon().vertices() { c += *v; n += 1.0; } } } c / n };
     type Motion = (String, Box<dyn Fn(&str, usize, usize, DVec3) -> DVec3>);
     let mut motions: Vec<Motion> = Vec::new();
     let groups: Vec<String> = args[6].split(',').map(str::to_owned).collect();
@@ -103,7 +123,8 @@ fn main() {
                     let on = solution.gather(p.position, p.normal);
                     match on { Ok(g) => (g.radiosity, g.estimate.iter().map(|e| e.total()).collect::<Vec<_>>()), Err(_) => { let g = solution.irradiance_at(p.position, p.normal).unwrap(); (g.irradiance.clone(), g.estimate.iter().map(|e| e.total()).collect()) } }
                 } else {
-                    (solution.derivative(&moved, sum).unwrap().value, vec![0.0; channels])
+                    let value = if sum.surfaces.iter().all(|w| w[0] > 0.0) { solution.mean().to_vec() } else { solution.derivative(&moved, sum).unwrap().value };
+                    (value, solution.mean_estimate().iter().map(|e| e.total()).collect())
                 }
             }).collect::<Vec<_>>()
         };
@@ -119,7 +140,7 @@ fn main() {
                     let m = motion(n, f, v, *p);
                     slope += d.vertices[f][v][c].dot(m);
                     if m != DVec3::ZERO { norm += d.vertices[f][v][c].length_squared(); way += m.length_squared(); }
-                    err += (d.vertices_error[f][v][c] * m.length()).powi(2);
+                    err += (d.vertices_estimate[f][v][c] * m.length()).powi(2);
                 }
             }
             let norm = (norm * way).sqrt();

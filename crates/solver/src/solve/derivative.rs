@@ -71,7 +71,7 @@ pub struct Derivative {
     /// but of [`Solution::derivative_with_vertices`].
     pub vertices: Vec<Vec<Vec<DVec3>>>,
     /// Estimates of the lengths of their errors.
-    pub vertices_error: Vec<Vec<Vec<f64>>>,
+    pub vertices_estimate: Vec<Vec<Vec<f64>>>,
 }
 
 /// The importance: the part that comes at once, and all of it as it is sent.
@@ -140,7 +140,7 @@ impl Solution {
             reflectance: vec![vec![0.0; channels]; faces],
             relative_estimate: vec![0.0; channels],
             vertices: Vec::new(),
-            vertices_error: Vec::new(),
+            vertices_estimate: Vec::new(),
         };
         let mut first = Field::dark(&self.system.mesh, channels);
         self.weigh_surfaces(scene, &sum.surfaces, &mut first, &mut derivative);

@@ -1,18 +1,19 @@
 //! Derivatives of a weighted sum of radiosities by the vertices of faces, with estimates of their errors.
 //!
-//! They are sums of the integrals of [`crate::solve::derivative::sampled`], and of what comes in at the outlines of the surfaces whose means
-//! are weighed. A first few samples of each domain say how its integrand varies; as many samples as pay by that are taken, in several shifted
+//! They are sums of the integrals of [`crate::solve::derivative::sampled`], and of what comes in as the surfaces stretch whose means are
+//! weighed. A first few samples of each domain say how its integrand varies; as many samples as pay by that are taken, in several shifted
 //! copies of one pattern, whose differences estimate the error of their mean. They follow from the scene alone.
 
 use radgrad_core::DVec3;
-use radgrad_scene::Scene;
+use radgrad_scene::{Scene, largest};
 use rayon::prelude::*;
 
 use crate::field::Field;
+use crate::field::gathering::ratio;
 use crate::links::cluster::sampled::Numbers;
 use crate::mesh::basis::dot;
 use crate::mesh::rule::rectangular;
-use crate::solve::derivative::sampled::{Domain, Integrands, Sum, Viewpoint};
+use crate::solve::derivative::sampled::{Domain, Integrands, Place, Sum, Viewpoint};
 use crate::solve::derivative::{Derivative, WeightedSum};
 use crate::solve::solution::Solution;
 
@@ -24,7 +25,7 @@ const FIRST: usize = 64;
 
 /// Samples for each gather of the solution, and the fewest: about as long as the solution took.
 const PER_GATHER: f64 = 1.0;
-const FEWEST: f64 = 1e6;
+const FEWEST: f64 = 2.5e5;
 
 /// Gauss nodes of a piece of an outline, and pieces.
 const NODES: usize = 4;
@@ -69,6 +70,7 @@ impl Solution {
         let of_copy = |copy: usize| {
             let mut by_vertex = ByVertex { channels, values: vec![DVec3::ZERO; integrands.vertices() * channels] };
             for (index, &(domain, count)) in counts.iter().enumerate() {
+                if std::env::var("ONLY").is_ok_and(|only| !format!("{domain:?}").starts_with(&only)) { continue; }
                 for unit in pattern(index, copy, count) {
                     integrands.add(domain, unit, 1.0 / count as f64, &mut by_vertex);
                 }
@@ -77,7 +79,7 @@ impl Solution {
         };
         let copies: Vec<Vec<DVec3>> = (0..COPIES).into_par_iter().map(of_copy).collect();
         let mut exact = ByVertex { channels, values: vec![DVec3::ZERO; integrands.vertices() * channels] };
-        self.add_outlines(scene, &sum.surfaces, &integrands, &mut exact);
+        self.add_stretches(scene, &sum.surfaces, &integrands, &mut exact);
         let (values, errors): (Vec<DVec3>, Vec<f64>) = (0..exact.values.len())
             .map(|index| {
                 let mean = copies.iter().map(|copy| copy[index]).sum::<DVec3>() / COPIES as f64;
@@ -92,11 +94,11 @@ impl Solution {
         for polygon in self.system.mesh.polygons() {
             let count = polygon.vertices().len();
             derivative.vertices.push(values.by_ref().take(count).map(<[DVec3]>::to_vec).collect());
-            derivative.vertices_error.push(errors.by_ref().take(count).map(<[f64]>::to_vec).collect());
+            derivative.vertices_estimate.push(errors.by_ref().take(count).map(<[f64]>::to_vec).collect());
         }
     }
 
-    /// How many samples each copy has of each domain: most where the integrand varies most.
+    /// How many samples each copy has of each domain: one half where the integrand varies most, the other evenly for the faces.
     fn counts(&self, integrands: &Integrands<'_>) -> Vec<(Domain, usize)> {
         let domains = integrands.domains();
         let variation = |(index, &domain): (usize, &Domain)| {
@@ -108,39 +110,57 @@ impl Solution {
         };
         let variations: Vec<f64> = domains.par_iter().enumerate().map(variation).collect();
         let whole: f64 = variations.iter().sum();
-        let samples = radgrad_scene::largest(FEWEST, PER_GATHER * self.progress.gathers as f64) / COPIES as f64;
-        let count = |variation: f64| 1 + (samples * crate::field::gathering::ratio(variation, whole)) as usize;
-        domains.into_iter().zip(variations).map(|(domain, variation)| (domain, count(variation))).collect()
+        let mut faces = vec![0.0; self.system.mesh.polygons().len() + 1];
+        let group = |domain: Domain| integrands.face_of(domain).unwrap_or(self.system.mesh.polygons().len());
+        domains.iter().zip(&variations).for_each(|(domain, variation)| faces[group(*domain)] += variation);
+        let groups = faces.iter().filter(|variation| **variation > 0.0).count() as f64;
+        let samples = largest(FEWEST, PER_GATHER * self.progress.gathers as f64) / COPIES as f64;
+        let count = |(domain, variation): (Domain, f64)| {
+            let part = 0.5 * ratio(variation, whole) + 0.5 * ratio(variation, faces[group(domain)] * groups);
+            (domain, 1 + (samples * part) as usize)
+        };
+        domains.into_iter().zip(variations).map(count).collect()
     }
 
-    /// Adds the change of means as the outlines of their faces move: the light that comes in at an edge, less the mean.
-    fn add_outlines(&self, scene: &Scene, weights: &[Vec<f64>], integrands: &Integrands<'_>, by_vertex: &mut ByVertex) {
-        let mesh = &self.system.mesh;
-        let mut areas = vec![0.0; weights.len()];
-        let mut powers = vec![vec![0.0; by_vertex.channels]; weights.len()];
-        for element in mesh.roots().iter().map(|&root| (root, &mesh.elements()[root])).filter(|_| !weights.is_empty()) {
-            let (root, element) = element;
-            let surface = scene.faces()[element.face()].surface();
-            areas[surface] += element.area();
-            for (channel, power) in powers[surface].iter_mut().enumerate() {
-                *power += element.area() * self.coefficients_on(root, channel)[0];
+    /// Adds the change of means as their faces stretch, by affine motions and beside these along their outlines: by the light there, less
+    /// the mean.
+    fn add_stretches(&self, scene: &Scene, weights: &[Vec<f64>], integrands: &Integrands<'_>, by_vertex: &mut ByVertex) {
+        let (mesh, channels) = (&self.system.mesh, by_vertex.channels);
+        if weights.is_empty() {
+            return;
+        }
+        // Of faces and of surfaces, the area and in each channel the power.
+        let (mut faces, mut surfaces) = (vec![vec![0.0; 1 + channels]; mesh.polygons().len()], vec![vec![0.0; 1 + channels]; weights.len()]);
+        for (root, element) in mesh.roots().iter().map(|&root| (root, &mesh.elements()[root])) {
+            for sums in [&mut faces[element.face()], &mut surfaces[scene.faces()[element.face()].surface()]] {
+                sums[0] += element.area();
+                (0..channels).for_each(|channel| sums[1 + channel] += element.area() * self.coefficients_on(root, channel)[0]);
+            }
+        }
+        for (face, of_face) in faces.iter().enumerate() {
+            let surface = scene.faces()[face].surface();
+            for (channel, &weight) in weights[surface].iter().enumerate().filter(|(_, weight)| **weight != 0.0) {
+                let [area, mean] = [surfaces[surface][0], ratio(surfaces[surface][1 + channel], surfaces[surface][0])];
+                let change = weight * ratio(of_face[1 + channel] - mean * of_face[0], area);
+                for (vertex, slope) in integrands.planes[face].slopes().iter().enumerate() {
+                    by_vertex.add(integrands.vertex(face, vertex), channel, *slope * change);
+                }
             }
         }
         for edge in &integrands.edges {
             let surface = scene.faces()[edge.face].surface();
-            let Some(weights) = weights.get(surface).filter(|weights| weights.iter().any(|weight| *weight != 0.0)) else { continue };
-            let outward = edge.direction.cross(mesh.polygons()[edge.face].normal());
+            let outward = edge.direction.cross(integrands.planes[edge.face].normal);
             for (piece, node) in (0..PIECES).flat_map(|piece| rectangular(NODES, 1).into_iter().map(move |node| (piece, node))) {
                 let part = (piece as f64 + node.at[0]) / PIECES as f64;
                 let at = edge.place(part);
                 let Some(leaf) = mesh.leaf_at(edge.face, at) else { continue };
                 let values = self.basis(leaf).values(mesh.elements()[leaf].reference(at));
-                for (channel, weight) in weights.iter().enumerate() {
-                    let light = dot(&self.coefficients_on(leaf, channel), &values) - powers[surface][channel] / areas[surface];
-                    let change = outward * (weight * light / areas[surface] * edge.length * node.weight / PIECES as f64);
-                    for (end, hat) in edge.ends.into_iter().zip([1.0 - part, part]) {
-                        by_vertex.add(integrands.vertex(edge.face, end), channel, change * hat);
-                    }
+                for (channel, &weight) in weights[surface].iter().enumerate().filter(|(_, weight)| **weight != 0.0) {
+                    let [area, mean] = [surfaces[surface][0], ratio(surfaces[surface][1 + channel], surfaces[surface][0])];
+                    let light = dot(&self.coefficients_on(leaf, channel), &values) - mean;
+                    let change = outward * (weight * ratio(light, area) * edge.length * node.weight / PIECES as f64);
+                    integrands.add_edge((edge, part), channel, change, by_vertex);
+                    integrands.add_place(Place { face: edge.face, at }, channel, -change, by_vertex);
                 }
             }
         }
