@@ -10,15 +10,19 @@ impl Instant {
     fn elapsed(&self) -> Lasted { Lasted(Self::cpu() - self.0) }
 }
 
-fn rebuilt(read: &Scene, black: bool, by: &dyn Fn(&str, usize, usize, DVec3) -> DVec3) -> Scene {
+fn rebuilt(read: &Scene, mode: &str, by: &dyn Fn(&str, usize, usize, DVec3) -> DVec3) -> Scene {
     let mut scene = Scene::new(read.channels().to_vec()).unwrap();
-    let materials: Vec<usize> = read.materials().iter()
-        .map(|of| scene.add_material(of.name(), of.reflectance().iter().map(|r| if black { 0.0 } else { *r }).collect::<Vec<_>>(), of.radiance().to_vec()).unwrap()).collect();
+    let parts: Vec<&str> = mode.split(':').collect();
+    let lift = parts.get(1).map_or(0.0, |s| s.parse().unwrap());
     let surfaces: Vec<usize> = read.surfaces().iter().map(|s| scene.add_surface(s.name())).collect();
     for (f, face) in read.faces().iter().enumerate() {
         let name = read.surfaces()[face.surface()].name();
-        let moved = face.polygon().vertices().iter().enumerate().map(|(v, at)| *at + by(name, f, v, *at));
-        scene.add_face(surfaces[face.surface()], materials[face.material()], Polygon::new(moved.collect()).unwrap(), None).unwrap();
+        let of = &read.materials()[face.material()];
+        let dark = parts[0] != "grey" && !parts[0].split('+').any(|n| n == name);
+        let material = scene.add_material(of.name(), of.reflectance().iter().map(|r| if dark { 0.0 } else { *r }).collect::<Vec<_>>(), of.radiance().to_vec()).unwrap();
+        let is_block = name == "short" || name == "tall";
+        let moved = face.polygon().vertices().iter().enumerate().map(|(v, at)| { let at = if is_block && at.y < 1e-9 { *at + DVec3::Y * lift } else { *at }; at + by(name, f, v, at) });
+        scene.add_face(surfaces[face.surface()], material, Polygon::new(moved.collect()).unwrap(), None).unwrap();
     }
     scene
 }
@@ -63,7 +67,7 @@ fn main() {
     let error: f64 = args[2].parse().unwrap();
     let fine: f64 = args[3].parse().unwrap();
     let step: f64 = args[4].parse().unwrap();
-    let black = args.get(5).is_some_and(|a| a == "black");
+    let black = &args[5][..];
     let scene = rebuilt(&scene, black, &|_, _, _, _| DVec3::ZERO);
     for s in scene.surfaces() { print!("{} ", s.name()); }
     println!();

@@ -126,7 +126,7 @@ impl Solution {
             Viewpoint { station, weights: point.weights.iter().zip(rho).map(|(weight, rho)| weight * rho).collect() }
         };
         let points = views.into_iter().zip(&sum.points).map(viewpoint).collect();
-        self.add_vertices(scene, sum, (&sent, points), &mut derivative);
+        self.add_vertices(scene, sum, (&sent, points), &mut derivative)?;
         Ok(derivative)
     }
 

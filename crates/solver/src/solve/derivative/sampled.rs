@@ -26,16 +26,22 @@ use std::f64::consts::PI;
 
 use radgrad_core::DVec3;
 use radgrad_scene::largest;
+use rayon::prelude::*;
 use smallvec::SmallVec;
 
+use crate::error::Error;
 use crate::field::Field;
 use crate::links::station::Station;
 use crate::mesh::shape::Shape;
-use crate::solve::derivative::outline::{Edge, Joint, Plane};
+use crate::solve::derivative::outline::{Edge, JOINED, Joint, Plane};
 use crate::solve::solution::Solution;
 
 /// How far beside an edge it is looked for what is ahead of it and behind it, over the extent of the scene.
 const BESIDE: f64 = 1e-7;
+
+/// Parts of an edge that stands on a face, and how far beside it the light on the face is gathered, over its length.
+const PARTS: usize = 16;
+const AWAY: f64 = 1e-3;
 
 /// Distances from a lamp's centre up to which it is near, over its radius.
 const NEAR: f64 = 1.5;
@@ -70,6 +76,8 @@ pub(super) enum Domain {
     Rays(usize),
     /// Rays from a face to lamps.
     LampRays(usize),
+    /// Rays from a face to the edges of lamps.
+    LampEdges(usize),
     /// Rays from the borders of a face's elements.
     Borders(usize),
     /// The edge, as a point sees it.
@@ -100,6 +108,19 @@ pub(super) struct Integrands<'a> {
     /// The lamps, each with the power of those before it and its own.
     lamps: Vec<(Lamp, f64)>,
     lamp_on_face: Vec<Option<usize>>,
+    /// The edges of lamps, each with the length times the emission of those before it and its own.
+    lamp_edges: Vec<(usize, f64)>,
+    /// Of each edge, radiosities of faces that it stands on.
+    contacts: Vec<Vec<Contact>>,
+}
+
+/// The radiosity of a face beside an edge that stands on it.
+struct Contact {
+    face: usize,
+    /// A direction within the face away from the edge.
+    away: DVec3,
+    /// At the middles of equal parts of the edge.
+    light: Vec<Light>,
 }
 
 /// A face that emits evenly.
@@ -122,7 +143,7 @@ pub(super) trait Sum {
 }
 
 impl<'a> Integrands<'a> {
-    pub(super) fn new(solution: &'a Solution, importance: &'a Field, points: Vec<Viewpoint>) -> Self {
+    pub(super) fn new(solution: &'a Solution, importance: &'a Field, points: Vec<Viewpoint>) -> Result<Self, Error> {
         let mesh = &solution.system.mesh;
         let mut leaves = vec![Vec::new(); mesh.polygons().len()];
         for leaf in mesh.leaves() {
@@ -155,9 +176,28 @@ impl<'a> Integrands<'a> {
         }
         let planes = mesh.polygons().iter().map(Plane::from_polygon).collect();
         let edges = Edge::of_mesh(mesh, solution.system.extent);
-        let (sides, seen_sides) = (Vec::new(), Vec::new());
-        let mut integrands =
-            Self { solution, importance, points, edges, planes, first_vertices, leaves, areas, sides, seen_sides, lamps, lamp_on_face };
+        let (sides, seen_sides, contacts) = (Vec::new(), Vec::new(), Vec::new());
+        let lamp_edges = (0..edges.len()).filter(|edge| lamp_on_face[edges[*edge].face].is_some());
+        let size = |edge: &usize| edges[*edge].length * surfaces.emitted[edges[*edge].face].iter().sum::<f64>();
+        let lamp_edges = summed(lamp_edges, size);
+        let mut integrands = Self {
+            solution,
+            importance,
+            points,
+            edges,
+            planes,
+            first_vertices,
+            leaves,
+            areas,
+            sides,
+            seen_sides,
+            lamps,
+            lamp_on_face,
+            lamp_edges,
+            contacts,
+        };
+        let contacts = |edge: &Edge| integrands.contacts_of(edge);
+        integrands.contacts = integrands.edges.par_iter().map(contacts).collect::<Result<_, Error>>()?;
         let sides_of = |leaves: &Vec<(usize, f64)>| -> Vec<Side> { leaves.iter().flat_map(|(leaf, _)| integrands.sides_of(*leaf)).collect() };
         let sides: Vec<Vec<Side>> = integrands.leaves.iter().map(sides_of).collect();
         integrands.seen_sides = integrands
@@ -174,7 +214,26 @@ impl<'a> Integrands<'a> {
             })
             .collect();
         integrands.sides = sides.into_iter().map(|sides| summed(sides.into_iter(), |side| side.along.length())).collect();
-        integrands
+        Ok(integrands)
+    }
+
+    /// The radiosities of faces beside an edge that stands on them.
+    fn contacts_of(&self, edge: &Edge) -> Result<Vec<Contact>, Error> {
+        let (mesh, extent) = (&self.solution.system.mesh, self.solution.system.extent);
+        let middle = |part: usize| (part as f64 + 0.5) / PARTS as f64;
+        let mut contacts = Vec::new();
+        for face in edge.joint(mesh, 0.5, extent).touched {
+            let across = self.planes[face].normal.cross(edge.direction).normalize_or_zero();
+            for away in [across, -across] {
+                let light = |part: usize| {
+                    let at = edge.place(middle(part)) + away * (AWAY * edge.length);
+                    let leaf = mesh.leaf_at(face, at).filter(|_| edge.joint(mesh, middle(part), extent).touched.contains(&face));
+                    leaf.map_or_else(|| Ok(self.dark()), |leaf| self.solution.radiosity_on(leaf, at).map(Light::from_vec))
+                };
+                contacts.push(Contact { face, away, light: (0..PARTS).map(light).collect::<Result<_, Error>>()? });
+            }
+        }
+        Ok(contacts)
     }
 
     /// The sides of a leaf beyond which its face goes on.
@@ -189,11 +248,15 @@ impl<'a> Integrands<'a> {
         (0..corners.len()).filter_map(side).collect()
     }
 
+    /// From a place of a side to one beyond it.
+    fn beside(&self, side: &Side, normal: DVec3) -> DVec3 {
+        side.along.cross(normal).normalize_or_zero() * (BESIDE * self.solution.system.extent)
+    }
+
     /// The leaf beyond a place of a side.
     fn beyond(&self, side: &Side, part: f64) -> Option<usize> {
         let element = self.solution.element(side.leaf);
-        let outward = side.along.cross(element.polygon().normal()).normalize_or_zero();
-        let at = side.from + side.along * part + outward * (BESIDE * self.solution.system.extent);
+        let at = side.from + side.along * part + self.beside(side, element.polygon().normal());
         let beyond = self.solution.system.mesh.leaf_at(element.face(), at)?;
         let other = self.solution.element(beyond);
         (beyond != side.leaf && other.excess(other.reference(at)) <= 0.0).then_some(beyond)
@@ -203,7 +266,7 @@ impl<'a> Integrands<'a> {
     pub(super) fn domains(&self) -> Vec<Domain> {
         let of_edge = |edge: usize| [Domain::Lines(edge), Domain::Shadows(edge)];
         let mut domains: Vec<Domain> = (0..self.edges.len()).flat_map(of_edge).collect();
-        let of_face = |face: usize| [Domain::Rays(face), Domain::LampRays(face), Domain::Borders(face)];
+        let of_face = |face: usize| [Domain::Rays(face), Domain::LampRays(face), Domain::LampEdges(face), Domain::Borders(face)];
         domains.extend(self.areas.iter().flat_map(|&(face, _)| of_face(face)));
         for (point, Viewpoint { station, .. }) in self.points.iter().enumerate() {
             let is_above = |edge: &usize| {
@@ -220,7 +283,7 @@ impl<'a> Integrands<'a> {
     pub(super) fn face_of(&self, domain: Domain) -> Option<usize> {
         match domain {
             Domain::Lines(edge) | Domain::Shadows(edge) | Domain::Sight { edge, .. } => Some(self.edges[edge].face),
-            Domain::Rays(face) | Domain::LampRays(face) | Domain::Borders(face) => Some(face),
+            Domain::Rays(face) | Domain::LampRays(face) | Domain::LampEdges(face) | Domain::Borders(face) => Some(face),
             Domain::BorderSight(_) | Domain::Surroundings(_) => None,
         }
     }
@@ -238,10 +301,11 @@ impl<'a> Integrands<'a> {
     /// Adds the integrand at a place of the unit cube, times the domain's measure and a weight.
     pub(super) fn add(&self, domain: Domain, unit: [f64; 4], weight: f64, sum: &mut impl Sum) {
         match domain {
-            Domain::Lines(edge) => self.add_line(&self.edges[edge], unit, weight, sum),
+            Domain::Lines(edge) => self.add_line(edge, unit, weight, sum),
             Domain::Shadows(edge) => self.add_shadow(&self.edges[edge], unit, weight, sum),
             Domain::Rays(face) => self.add_ray(face, unit, weight, sum),
             Domain::LampRays(face) => self.add_lamp_ray(face, unit, weight, sum),
+            Domain::LampEdges(face) => self.add_lamp_edge(face, unit, weight, sum),
             Domain::Borders(face) => self.add_border(face, unit, weight, sum),
             Domain::BorderSight(point) => self.add_border_sight(point, unit[0], weight, sum),
             Domain::Sight { point, edge } => self.add_sight(&self.points[point], &self.edges[edge], unit[0], weight, sum),
@@ -300,10 +364,19 @@ impl<'a> Integrands<'a> {
     fn unsampled_radiosity(&self, met: Place, place: DVec3) -> Option<Light> {
         let mut light = self.radiosity(met)?;
         if self.lamp_on_face[met.face].is_some_and(|lamp| self.is_sampled(lamp, place)) {
-            let emitted = &self.solution.system.surfaces.emitted[met.face];
-            light.iter_mut().zip(emitted).for_each(|(light, emitted)| *light -= emitted);
+            self.take_emission(met.face, &mut light);
         }
         Some(light)
+    }
+
+    fn take_emission(&self, face: usize, light: &mut Light) {
+        light.iter_mut().zip(&self.solution.system.surfaces.emitted[face]).for_each(|(light, emitted)| *light -= emitted);
+    }
+
+    /// The emission of a lamp, where a ray meets it.
+    fn emission_seen(&self, lamp: usize, from: DVec3, toward: DVec3, leave_out: &[usize]) -> Light {
+        let is_seen = self.first_met(from, toward, leave_out).is_some_and(|met| met.face == lamp);
+        if is_seen { self.solution.system.surfaces.emitted[lamp].iter().copied().collect() } else { self.dark() }
     }
 
     /// A place of a lamp that is seen from another place under an angle, and the angle over the density of the choice; none where its
@@ -352,11 +425,23 @@ impl<'a> Integrands<'a> {
     }
 
     /// Adds a line through an edge in any direction.
-    fn add_line(&self, edge: &Edge, [part, height, turn, _]: [f64; 4], weight: f64, sum: &mut impl Sum) {
+    fn add_line(&self, edge: usize, [part, height, turn, _]: [f64; 4], weight: f64, sum: &mut impl Sum) {
+        let (contacts, edge) = (&self.contacts[edge], &self.edges[edge]);
         let at = edge.place(part);
-        let light = |from: DVec3, toward: DVec3, leave_out: &[usize]| {
-            let met = self.first_met(from, toward, leave_out).and_then(|met| self.unsampled_radiosity(met, at));
-            met.unwrap_or_else(|| self.dark())
+        let light = |from: DVec3, toward: DVec3, leave_out: &[usize], joined: &[usize]| {
+            let Some(met) = self.first_met(from, toward, leave_out) else { return self.dark() };
+            let beside = (met.at - at).length() <= JOINED * self.solution.system.extent;
+            // The light beside an edge that stands on it; of a lamp's edge it is the place that receives which is near or not.
+            let contact = contacts.iter().find(|of| beside && of.face == met.face && of.away.dot(met.at - at) > 0.0);
+            let own = if joined.contains(&met.face) { from } else { at };
+            let mut light = match contact {
+                Some(contact) => contact.light[((part * PARTS as f64) as usize).min(PARTS - 1)].clone(),
+                None => self.radiosity(met).unwrap_or_else(|| self.dark()),
+            };
+            if self.lamp_on_face[met.face].is_some_and(|lamp| self.is_sampled(lamp, own)) {
+                self.take_emission(met.face, &mut light);
+            }
+            light
         };
         self.add_through((edge, part), on_sphere(height, turn), 4.0 * PI * weight, light, sum);
     }
@@ -365,10 +450,7 @@ impl<'a> Integrands<'a> {
     fn add_shadow(&self, edge: &Edge, [part, a, b, _]: [f64; 4], weight: f64, sum: &mut impl Sum) {
         let from = edge.place(part);
         let Some((Place { face, at }, angle)) = self.lamp_place(from, [a, b]) else { return };
-        let light = |from: DVec3, toward: DVec3, leave_out: &[usize]| {
-            let is_seen = self.first_met(from, toward, leave_out).is_some_and(|met| met.face == face);
-            if is_seen { self.solution.system.surfaces.emitted[face].iter().copied().collect() } else { self.dark() }
-        };
+        let light = |from: DVec3, toward: DVec3, leave_out: &[usize], _: &[usize]| self.emission_seen(face, from, toward, leave_out);
         self.add_through((edge, part), (at - from).normalize_or_zero(), angle * weight, light, sum);
     }
 
@@ -378,7 +460,7 @@ impl<'a> Integrands<'a> {
         (edge, part): (&Edge, f64),
         toward: DVec3,
         weight: f64,
-        light: impl Fn(DVec3, DVec3, &[usize]) -> Light,
+        light: impl Fn(DVec3, DVec3, &[usize], &[usize]) -> Light,
         sum: &mut impl Sum,
     ) {
         let (extent, mesh, at) = (self.solution.system.extent, &self.solution.system.mesh, edge.place(part));
@@ -393,7 +475,7 @@ impl<'a> Integrands<'a> {
                 let height = aside.dot(normal);
                 let foot = at + aside - toward * (height / normal.dot(toward));
                 let importance = self.importance(Place { face, at: foot })?;
-                Some((importance, light(if height > 0.0 { at + aside } else { foot }, toward, &[face])))
+                Some((importance, light(if height > 0.0 { at + aside } else { foot }, toward, &[face], &faces)))
             };
             (Place { face, at }, [side(aside), side(-aside)])
         } else {
@@ -402,7 +484,7 @@ impl<'a> Integrands<'a> {
             let Some(importance) = self.importance(receiver) else { return };
             let side = |aside: DVec3| {
                 let arm = at + aside - receiver.at;
-                Some((importance.clone(), light(receiver.at, arm, &[receiver.face])))
+                Some((importance.clone(), light(receiver.at, arm, &[receiver.face], &faces)))
             };
             (receiver, [side(aside), side(-aside)])
         };
@@ -447,9 +529,15 @@ impl<'a> Integrands<'a> {
         let Some((_, length)) = self.sides[face].last() else { return };
         let (index, part, _) = chosen(&self.sides[face], part);
         let normal = self.planes[face].normal;
-        let (own, along, step) = self.step(&self.sides[face][index].0, part);
+        let side = &self.sides[face][index].0;
+        let (own, along, step) = self.step(side, part);
         let toward = in_hemisphere(normal, height, turn);
         let Some(met) = self.first_met(own.at, toward, &[face]) else { return };
+        // Where a face stands on the border, it is that face's edge.
+        let aside = self.beside(side, normal);
+        if [aside, -aside].into_iter().any(|aside| self.first_met(own.at + aside, toward, &[face]).is_none()) {
+            return;
+        }
         let Some(importance) = self.importance(met) else { return };
         for (channel, (a, step)) in importance.iter().zip(&step).enumerate() {
             // 2 pi over pi.
@@ -477,6 +565,32 @@ impl<'a> Integrands<'a> {
         let area = self.leaves[face].last().map_or(0.0, |(_, area)| *area);
         let station = Station { point: at, normal: self.planes[face].normal, face: Some(face) };
         self.add_lamp(&station, &importance, [a, b], weight * area, sum);
+    }
+
+    /// Adds a ray from a place of a face to an edge of a lamp, by what that emits.
+    fn add_lamp_edge(&self, face: usize, [place, other, along, _]: [f64; 4], weight: f64, sum: &mut impl Sum) {
+        let Some((_, whole)) = self.lamp_edges.last() else { return };
+        let (index, part, own) = chosen(&self.lamp_edges, along);
+        let edge = &self.edges[self.lamp_edges[index].0];
+        let (_, from) = self.place_on(face, [place, other]);
+        let arm = edge.place(part) - from;
+        let toward = arm.normalize_or_zero();
+        let cosine = toward.dot(self.planes[face].normal);
+        if cosine <= 0.0 || edge.face == face || !self.lamp_on_face[edge.face].is_some_and(|lamp| self.is_sampled(lamp, from)) {
+            return;
+        }
+        let Some(importance) = self.importance(Place { face, at: from }) else { return };
+        let across = edge.direction.cross(toward);
+        let aside = across.normalize_or_zero() * (BESIDE * self.solution.system.extent);
+        let [ahead, behind] = [aside, -aside].map(|aside| self.emission_seen(edge.face, from, arm + aside, &[face]));
+        let area = self.leaves[face].last().map_or(0.0, |(_, area)| *area);
+        let weight = weight * area * edge.length * whole / own * cosine / (PI * arm.length_squared());
+        for (channel, a) in importance.iter().enumerate() {
+            // The emission counts for this edge alone, as other faces with edges there do not have it.
+            let change = across * (weight * a * (behind[channel] - ahead[channel]));
+            self.add_edge((edge, part), channel, change, sum);
+            self.add_place(Place { face, at: from }, channel, -change, sum);
+        }
     }
 
     /// Adds a lamp's light on a place of a face, as the face turns.
@@ -534,8 +648,14 @@ impl<'a> Integrands<'a> {
         let arm = seen.at - station.point;
         let toward = arm.normalize_or_zero();
         let cosine = station.normal.dot(toward);
-        let is_above = cosine > 0.0 && toward.dot(self.planes[seen.face].normal) < 0.0;
-        if !is_above || self.first_met(station.point, arm, station.face.as_slice()).is_none_or(|met| met.face != seen.face) {
+        let normal = self.planes[seen.face].normal;
+        let is_above = cosine > 0.0 && toward.dot(normal) < 0.0;
+        let aside = self.beside(side, normal);
+        let is_hidden = |aside: DVec3| {
+            let met = self.first_met(station.point, arm + aside, station.face.as_slice());
+            met.is_none_or(|met| met.face != seen.face)
+        };
+        if !is_above || is_hidden(aside) || is_hidden(-aside) {
             return;
         }
         let weight = weight * side.along.length() * whole / own * cosine / (PI * arm.length_squared());

@@ -8,6 +8,7 @@ use radgrad_core::DVec3;
 use radgrad_scene::{Scene, largest};
 use rayon::prelude::*;
 
+use crate::error::Error;
 use crate::field::Field;
 use crate::field::gathering::ratio;
 use crate::links::cluster::sampled::Numbers;
@@ -21,10 +22,10 @@ use crate::solve::solution::Solution;
 const COPIES: usize = 16;
 
 /// Samples of a domain that say how it varies.
-const FIRST: usize = 64;
+const FIRST: usize = 128;
 
 /// Samples for each gather of the solution, and the fewest: about as long as the solution took.
-const PER_GATHER: f64 = 1.0;
+const PER_GATHER: f64 = 256.0;
 const FEWEST: f64 = 2.5e5;
 
 /// Gauss nodes of a piece of an outline, and pieces.
@@ -63,8 +64,8 @@ impl Solution {
         sum: &WeightedSum,
         (sent, points): (&Field, Vec<Viewpoint>),
         derivative: &mut Derivative,
-    ) {
-        let integrands = Integrands::new(self, sent, points);
+    ) -> Result<(), Error> {
+        let integrands = Integrands::new(self, sent, points)?;
         let channels = self.channels().len();
         let counts = self.counts(&integrands);
         let of_copy = |copy: usize| {
@@ -96,9 +97,11 @@ impl Solution {
             derivative.vertices.push(values.by_ref().take(count).map(<[DVec3]>::to_vec).collect());
             derivative.vertices_estimate.push(errors.by_ref().take(count).map(<[f64]>::to_vec).collect());
         }
+        Ok(())
     }
 
-    /// How many samples each copy has of each domain: one half where the integrand varies most, the other evenly for the faces.
+    /// How many samples each copy has of each domain: a third where the integrand varies
+    /// most, a third evenly for the faces, and a third evenly, as what is rare may not be among the first.
     fn counts(&self, integrands: &Integrands<'_>) -> Vec<(Domain, usize)> {
         let domains = integrands.domains();
         let variation = |(index, &domain): (usize, &Domain)| {
@@ -115,9 +118,10 @@ impl Solution {
         domains.iter().zip(&variations).for_each(|(domain, variation)| faces[group(*domain)] += variation);
         let groups = faces.iter().filter(|variation| **variation > 0.0).count() as f64;
         let samples = largest(FEWEST, PER_GATHER * self.progress.gathers as f64) / COPIES as f64;
+        let even = 1.0 / domains.len() as f64;
         let count = |(domain, variation): (Domain, f64)| {
-            let part = 0.5 * ratio(variation, whole) + 0.5 * ratio(variation, faces[group(domain)] * groups);
-            (domain, 1 + (samples * part) as usize)
+            let parts = [ratio(variation, whole), ratio(variation, faces[group(domain)] * groups), even];
+            (domain, 1 + (samples * parts.iter().sum::<f64>() / 3.0) as usize)
         };
         domains.into_iter().zip(variations).map(count).collect()
     }
