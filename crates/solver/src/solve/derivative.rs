@@ -122,11 +122,12 @@ impl Solution {
     /// As for [`Self::derivative`].
     pub fn derivative_with_vertices(&self, scene: &Scene, sum: &WeightedSum) -> Result<Derivative, Error> {
         let (mut derivative, Importance { sent, .. }, views) = self.derivative_by_importance(scene, sum)?;
-        let viewpoint = |(View { station, rho, .. }, point): (View, &WeightedPoint)| {
-            Viewpoint { station, weights: point.weights.iter().zip(rho).map(|(weight, rho)| weight * rho).collect() }
+        let viewpoint = |(View { station, rho, .. }, point): (View, &WeightedPoint)| Viewpoint {
+            station,
+            weights: point.weights.iter().zip(rho).map(|(weight, rho)| weight * rho).collect(),
         };
         let points = views.into_iter().zip(&sum.points).map(viewpoint).collect();
-        self.add_vertices(scene, sum, (&sent, points), &mut derivative)?;
+        self.add_vertices(scene, sum, (&sent, points), &mut derivative);
         Ok(derivative)
     }
 

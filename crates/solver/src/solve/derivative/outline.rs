@@ -72,7 +72,8 @@ impl Edge {
     /// All edges of a mesh.
     pub(super) fn of_mesh(mesh: &Mesh, extent: f64) -> Vec<Self> {
         let reach = JOINED * extent;
-        let mut edges: Vec<Self> = mesh.polygons().iter().enumerate().flat_map(|(face, polygon)| Self::of_face(face, polygon)).collect();
+        let mut edges: Vec<Self> =
+            mesh.polygons().iter().enumerate().flat_map(|(face, polygon)| Self::of_face(face, polygon)).collect();
         let boxes: Vec<[DVec3; 2]> = edges.iter().map(|edge| around(&[edge.from, edge.place(1.0)])).collect();
         let index = Boxes::new(&boxes);
         let joined = |(own, edge): (usize, &Self)| {

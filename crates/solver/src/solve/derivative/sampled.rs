@@ -26,10 +26,8 @@ use std::f64::consts::PI;
 
 use radgrad_core::DVec3;
 use radgrad_scene::largest;
-use rayon::prelude::*;
 use smallvec::SmallVec;
 
-use crate::error::Error;
 use crate::field::Field;
 use crate::links::station::Station;
 use crate::mesh::shape::Shape;
@@ -39,9 +37,8 @@ use crate::solve::solution::Solution;
 /// How far beside an edge it is looked for what is ahead of it and behind it, over the extent of the scene.
 const BESIDE: f64 = 1e-7;
 
-/// Parts of an edge that stands on a face, and how far beside it the light on the face is gathered, over its length.
-const PARTS: usize = 16;
-const AWAY: f64 = 1e-3;
+/// Places of an edge at which it is looked for a face that it stands on.
+const PARTS: usize = 8;
 
 /// Distances from a lamp's centre up to which it is near, over its radius.
 const NEAR: f64 = 1.5;
@@ -110,17 +107,6 @@ pub(super) struct Integrands<'a> {
     lamp_on_face: Vec<Option<usize>>,
     /// The edges of lamps, each with the length times the emission of those before it and its own.
     lamp_edges: Vec<(usize, f64)>,
-    /// Of each edge, radiosities of faces that it stands on.
-    contacts: Vec<Vec<Contact>>,
-}
-
-/// The radiosity of a face beside an edge that stands on it.
-struct Contact {
-    face: usize,
-    /// A direction within the face away from the edge.
-    away: DVec3,
-    /// At the middles of equal parts of the edge.
-    light: Vec<Light>,
 }
 
 /// A face that emits evenly.
@@ -143,7 +129,7 @@ pub(super) trait Sum {
 }
 
 impl<'a> Integrands<'a> {
-    pub(super) fn new(solution: &'a Solution, importance: &'a Field, points: Vec<Viewpoint>) -> Result<Self, Error> {
+    pub(super) fn new(solution: &'a Solution, importance: &'a Field, points: Vec<Viewpoint>) -> Self {
         let mesh = &solution.system.mesh;
         let mut leaves = vec![Vec::new(); mesh.polygons().len()];
         for leaf in mesh.leaves() {
@@ -176,7 +162,7 @@ impl<'a> Integrands<'a> {
         }
         let planes = mesh.polygons().iter().map(Plane::from_polygon).collect();
         let edges = Edge::of_mesh(mesh, solution.system.extent);
-        let (sides, seen_sides, contacts) = (Vec::new(), Vec::new(), Vec::new());
+        let (sides, seen_sides) = (Vec::new(), Vec::new());
         let lamp_edges = (0..edges.len()).filter(|edge| lamp_on_face[edges[*edge].face].is_some());
         let size = |edge: &usize| edges[*edge].length * surfaces.emitted[edges[*edge].face].iter().sum::<f64>();
         let lamp_edges = summed(lamp_edges, size);
@@ -194,11 +180,10 @@ impl<'a> Integrands<'a> {
             lamps,
             lamp_on_face,
             lamp_edges,
-            contacts,
         };
-        let contacts = |edge: &Edge| integrands.contacts_of(edge);
-        integrands.contacts = integrands.edges.par_iter().map(contacts).collect::<Result<_, Error>>()?;
-        let sides_of = |leaves: &Vec<(usize, f64)>| -> Vec<Side> { leaves.iter().flat_map(|(leaf, _)| integrands.sides_of(*leaf)).collect() };
+        let sides_of = |leaves: &Vec<(usize, f64)>| -> Vec<Side> {
+            leaves.iter().flat_map(|(leaf, _)| integrands.sides_of(*leaf)).collect()
+        };
         let sides: Vec<Vec<Side>> = integrands.leaves.iter().map(sides_of).collect();
         integrands.seen_sides = integrands
             .points
@@ -214,26 +199,13 @@ impl<'a> Integrands<'a> {
             })
             .collect();
         integrands.sides = sides.into_iter().map(|sides| summed(sides.into_iter(), |side| side.along.length())).collect();
-        Ok(integrands)
+        integrands
     }
 
-    /// The radiosities of faces beside an edge that stands on them.
-    fn contacts_of(&self, edge: &Edge) -> Result<Vec<Contact>, Error> {
+    /// Whether an edge stands on a face, of which its motion covers a part.
+    pub(super) fn stands(&self, edge: &Edge) -> bool {
         let (mesh, extent) = (&self.solution.system.mesh, self.solution.system.extent);
-        let middle = |part: usize| (part as f64 + 0.5) / PARTS as f64;
-        let mut contacts = Vec::new();
-        for face in edge.joint(mesh, 0.5, extent).touched {
-            let across = self.planes[face].normal.cross(edge.direction).normalize_or_zero();
-            for away in [across, -across] {
-                let light = |part: usize| {
-                    let at = edge.place(middle(part)) + away * (AWAY * edge.length);
-                    let leaf = mesh.leaf_at(face, at).filter(|_| edge.joint(mesh, middle(part), extent).touched.contains(&face));
-                    leaf.map_or_else(|| Ok(self.dark()), |leaf| self.solution.radiosity_on(leaf, at).map(Light::from_vec))
-                };
-                contacts.push(Contact { face, away, light: (0..PARTS).map(light).collect::<Result<_, Error>>()? });
-            }
-        }
-        Ok(contacts)
+        (0..PARTS).any(|part| !edge.joint(mesh, (part as f64 + 0.5) / PARTS as f64, extent).touched.is_empty())
     }
 
     /// The sides of a leaf beyond which its face goes on.
@@ -301,7 +273,7 @@ impl<'a> Integrands<'a> {
     /// Adds the integrand at a place of the unit cube, times the domain's measure and a weight.
     pub(super) fn add(&self, domain: Domain, unit: [f64; 4], weight: f64, sum: &mut impl Sum) {
         match domain {
-            Domain::Lines(edge) => self.add_line(edge, unit, weight, sum),
+            Domain::Lines(edge) => self.add_line(&self.edges[edge], unit, weight, sum),
             Domain::Shadows(edge) => self.add_shadow(&self.edges[edge], unit, weight, sum),
             Domain::Rays(face) => self.add_ray(face, unit, weight, sum),
             Domain::LampRays(face) => self.add_lamp_ray(face, unit, weight, sum),
@@ -336,6 +308,21 @@ impl<'a> Integrands<'a> {
         light.iter().any(|a| *a != 0.0).then_some(light)
     }
 
+    /// The importance of a place at the foot of faces, but for what it has by their being lit from there: they move along, and what they
+    /// cover was not in front of them.
+    fn importance_at_contact(&self, foot: Place, at: DVec3, standing: &[usize]) -> Option<Light> {
+        let mut importance = self.importance(foot)?;
+        let rho = &self.solution.system.surfaces.reflectance_and_emission(foot.face, at)[0];
+        for &face in standing.iter().filter(|face| self.planes[**face].normal.dot((foot.at - at).normalize_or_zero()) > JOINED) {
+            // So much of the view, up to the foot, is the face's.
+            let part = 0.5 * (1.0 - self.planes[face].normal.dot(self.planes[foot.face].normal));
+            if let Some(own) = self.importance(Place { face, at }) {
+                importance.iter_mut().zip(rho).zip(&own).for_each(|((a, rho), own)| *a -= rho * part * own);
+            }
+        }
+        Some(importance)
+    }
+
     fn radiosity(&self, place: Place) -> Option<Light> {
         let leaf = self.leaf(place)?;
         let mut light = self.value(leaf, place.at, |channel| self.solution.radiosity.field.coefficients(leaf, channel));
@@ -364,13 +351,10 @@ impl<'a> Integrands<'a> {
     fn unsampled_radiosity(&self, met: Place, place: DVec3) -> Option<Light> {
         let mut light = self.radiosity(met)?;
         if self.lamp_on_face[met.face].is_some_and(|lamp| self.is_sampled(lamp, place)) {
-            self.take_emission(met.face, &mut light);
+            let emitted = &self.solution.system.surfaces.emitted[met.face];
+            light.iter_mut().zip(emitted).for_each(|(light, emitted)| *light -= emitted);
         }
         Some(light)
-    }
-
-    fn take_emission(&self, face: usize, light: &mut Light) {
-        light.iter_mut().zip(&self.solution.system.surfaces.emitted[face]).for_each(|(light, emitted)| *light -= emitted);
     }
 
     /// The emission of a lamp, where a ray meets it.
@@ -425,23 +409,12 @@ impl<'a> Integrands<'a> {
     }
 
     /// Adds a line through an edge in any direction.
-    fn add_line(&self, edge: usize, [part, height, turn, _]: [f64; 4], weight: f64, sum: &mut impl Sum) {
-        let (contacts, edge) = (&self.contacts[edge], &self.edges[edge]);
+    fn add_line(&self, edge: &Edge, [part, height, turn, _]: [f64; 4], weight: f64, sum: &mut impl Sum) {
         let at = edge.place(part);
         let light = |from: DVec3, toward: DVec3, leave_out: &[usize], joined: &[usize]| {
-            let Some(met) = self.first_met(from, toward, leave_out) else { return self.dark() };
-            let beside = (met.at - at).length() <= JOINED * self.solution.system.extent;
-            // The light beside an edge that stands on it; of a lamp's edge it is the place that receives which is near or not.
-            let contact = contacts.iter().find(|of| beside && of.face == met.face && of.away.dot(met.at - at) > 0.0);
-            let own = if joined.contains(&met.face) { from } else { at };
-            let mut light = match contact {
-                Some(contact) => contact.light[((part * PARTS as f64) as usize).min(PARTS - 1)].clone(),
-                None => self.radiosity(met).unwrap_or_else(|| self.dark()),
-            };
-            if self.lamp_on_face[met.face].is_some_and(|lamp| self.is_sampled(lamp, own)) {
-                self.take_emission(met.face, &mut light);
-            }
-            light
+            // Of a lamp's own edge it is the place that receives which is near or not.
+            let seen = |met: Place| self.unsampled_radiosity(met, if joined.contains(&met.face) { from } else { at });
+            self.first_met(from, toward, leave_out).and_then(seen).unwrap_or_else(|| self.dark())
         };
         self.add_through((edge, part), on_sphere(height, turn), 4.0 * PI * weight, light, sum);
     }
@@ -450,7 +423,8 @@ impl<'a> Integrands<'a> {
     fn add_shadow(&self, edge: &Edge, [part, a, b, _]: [f64; 4], weight: f64, sum: &mut impl Sum) {
         let from = edge.place(part);
         let Some((Place { face, at }, angle)) = self.lamp_place(from, [a, b]) else { return };
-        let light = |from: DVec3, toward: DVec3, leave_out: &[usize], _: &[usize]| self.emission_seen(face, from, toward, leave_out);
+        let light =
+            |from: DVec3, toward: DVec3, leave_out: &[usize], _: &[usize]| self.emission_seen(face, from, toward, leave_out);
         self.add_through((edge, part), (at - from).normalize_or_zero(), angle * weight, light, sum);
     }
 
@@ -474,7 +448,7 @@ impl<'a> Integrands<'a> {
             let side = |aside: DVec3| {
                 let height = aside.dot(normal);
                 let foot = at + aside - toward * (height / normal.dot(toward));
-                let importance = self.importance(Place { face, at: foot })?;
+                let importance = self.importance_at_contact(Place { face, at: foot }, at, &faces)?;
                 Some((importance, light(if height > 0.0 { at + aside } else { foot }, toward, &[face], &faces)))
             };
             (Place { face, at }, [side(aside), side(-aside)])
@@ -686,14 +660,21 @@ impl<'a> Integrands<'a> {
         let face = self.areas[place].0;
         let (leaf, at) = self.place_on(face, [c, d]);
         let toward = at - station.point;
-        let is_above = toward.dot(station.normal) > 0.0 && toward.dot(self.planes[face].normal) < 0.0 && station.face != Some(face);
+        let is_above =
+            toward.dot(station.normal) > 0.0 && toward.dot(self.planes[face].normal) < 0.0 && station.face != Some(face);
         if is_above && self.first_met(station.point, toward, station.face.as_slice()).is_some_and(|met| met.face == face) {
             self.add_slide(point, (leaf, Place { face, at }), weight, sum);
         }
     }
 
     /// Adds the slide of what a point sees there, as one of a direction and a place.
-    fn add_slide(&self, Viewpoint { station, weights }: &Viewpoint, (leaf, seen): (usize, Place), weight: f64, sum: &mut impl Sum) {
+    fn add_slide(
+        &self,
+        Viewpoint { station, weights }: &Viewpoint,
+        (leaf, seen): (usize, Place),
+        weight: f64,
+        sum: &mut impl Sum,
+    ) {
         let arm = seen.at - station.point;
         let range = arm.length();
         let toward = arm / range;
