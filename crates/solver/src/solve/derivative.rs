@@ -11,6 +11,7 @@
 //! the emission, so that `sum E_f dJ/dE_f` is J once more: the difference of the two is the error that links, clusters and polynomials
 //! make in I.
 
+mod integrands;
 mod outline;
 mod sampled;
 mod vertices;
@@ -24,7 +25,7 @@ use crate::field::Field;
 use crate::field::gathering::{MOST_SWEEPS, ratio};
 use crate::links::station::Station;
 use crate::mesh::basis::dot;
-use crate::solve::derivative::sampled::Viewpoint;
+use crate::solve::derivative::integrands::Viewpoint;
 use crate::solve::gather::Sum;
 use crate::solve::solution::Solution;
 

@@ -10,7 +10,7 @@ use crate::mesh::Mesh;
 use crate::mesh::element::around;
 
 /// Distances up to which edges lie on one line, or a face touches an edge, over the extent of the scene.
-pub(super) const JOINED: f64 = 4e-7;
+const JOINED: f64 = 4e-7;
 
 /// The plane of a face as its vertices move it.
 pub(super) struct Plane {

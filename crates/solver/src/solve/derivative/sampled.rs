@@ -18,7 +18,7 @@
 //!
 //! and the second one over rays from y, as `(n1.w) dA1 dw = -(n2.w) dA2 dw`: no distance is left in them, so that samples of them are
 //! bounded however near faces are. Together they are the derivative of the discrete light, whose error counts in the mean alone. Where an
-//! edge stands on a face the line ends there at once: what the edge covers loses its light.
+//! edge stands on a face the line ends there at once: what the edge covers loses its light, which counts by the weight of the face itself.
 //!
 //! Few directions meet a lamp, and those count most: what lamps emit, if they are not near, is sampled by places of them instead.
 
@@ -26,250 +26,17 @@ use std::f64::consts::PI;
 
 use radgrad_core::DVec3;
 use radgrad_scene::largest;
-use smallvec::SmallVec;
 
-use crate::field::Field;
 use crate::links::station::Station;
-use crate::mesh::shape::Shape;
-use crate::solve::derivative::outline::{Edge, JOINED, Joint, Plane};
-use crate::solve::solution::Solution;
-
-/// How far beside an edge it is looked for what is ahead of it and behind it, over the extent of the scene.
-const BESIDE: f64 = 1e-7;
-
-/// Places of an edge at which it is looked for a face that it stands on.
-const PARTS: usize = 8;
-
-/// Distances from a lamp's centre up to which it is near, over its radius.
-const NEAR: f64 = 1.5;
-
-/// A value in each channel.
-type Light = SmallVec<[f64; 4]>;
-
-/// A point of the sum.
-pub(super) struct Viewpoint {
-    pub(super) station: Station,
-    /// Its weight times its reflectance, in each channel.
-    pub(super) weights: Vec<f64>,
-}
-
-/// A side of an element that is not one of its face.
-#[derive(Clone, Copy)]
-struct Side {
-    leaf: usize,
-    from: DVec3,
-    /// As long as it.
-    along: DVec3,
-}
-
-/// A domain of integration, mapped to by the unit cube.
-#[derive(Debug, Clone, Copy)]
-pub(super) enum Domain {
-    /// Lines through an edge.
-    Lines(usize),
-    /// Lines through an edge to lamps.
-    Shadows(usize),
-    /// Rays from a face.
-    Rays(usize),
-    /// Rays from a face to lamps.
-    LampRays(usize),
-    /// Rays from a face to the edges of lamps.
-    LampEdges(usize),
-    /// Rays from the borders of a face's elements.
-    Borders(usize),
-    /// The edge, as a point sees it.
-    Sight { point: usize, edge: usize },
-    /// The borders of elements, as a point sees them.
-    BorderSight(usize),
-    /// All that a point sees.
-    Surroundings(usize),
-}
-
-/// What is integrated.
-pub(super) struct Integrands<'a> {
-    solution: &'a Solution,
-    importance: &'a Field,
-    pub(super) points: Vec<Viewpoint>,
-    pub(super) edges: Vec<Edge>,
-    pub(super) planes: Vec<Plane>,
-    /// The first vertex of each face among those of all.
-    first_vertices: Vec<usize>,
-    /// The leaves of each face, each with the area of those before it and its own.
-    leaves: Vec<Vec<(usize, f64)>>,
-    /// The faces that exchange light, each with the area of those before it and its own.
-    areas: Vec<(usize, f64)>,
-    /// The sides of elements of each face, each with the length of those before it and its own.
-    sides: Vec<Vec<(Side, f64)>>,
-    /// Of each point the sides of all elements, each with the size at which it is seen of those before it and its own.
-    seen_sides: Vec<Vec<(Side, f64)>>,
-    /// The lamps, each with the power of those before it and its own.
-    lamps: Vec<(Lamp, f64)>,
-    lamp_on_face: Vec<Option<usize>>,
-    /// The edges of lamps, each with the length times the emission of those before it and its own.
-    lamp_edges: Vec<(usize, f64)>,
-}
-
-/// A face that emits evenly.
-struct Lamp {
-    face: usize,
-    centre: DVec3,
-    radius: f64,
-}
-
-/// A place of a face.
-#[derive(Clone, Copy)]
-pub(super) struct Place {
-    pub(super) face: usize,
-    pub(super) at: DVec3,
-}
+use crate::solve::derivative::integrands::{BESIDE, Domain, Integrands, Light, Place, Side, Viewpoint, chosen};
+use crate::solve::derivative::outline::{Edge, Joint};
 
 /// A sum over vertices: of each that has a part, in a channel.
 pub(super) trait Sum {
     fn add(&mut self, vertex: usize, channel: usize, change: DVec3);
 }
 
-impl<'a> Integrands<'a> {
-    pub(super) fn new(solution: &'a Solution, importance: &'a Field, points: Vec<Viewpoint>) -> Self {
-        let mesh = &solution.system.mesh;
-        let mut leaves = vec![Vec::new(); mesh.polygons().len()];
-        for leaf in mesh.leaves() {
-            let element = &mesh.elements()[leaf];
-            let before = leaves[element.face()].last().map_or(0.0, |(_, area)| *area);
-            leaves[element.face()].push((leaf, before + element.area()));
-        }
-        let mut areas = Vec::new();
-        let mut area = 0.0;
-        for (face, leaves) in leaves.iter().enumerate() {
-            if let Some((_, own)) = leaves.last() {
-                area += own;
-                areas.push((face, area));
-            }
-        }
-        let mut first_vertices = vec![0];
-        for polygon in mesh.polygons() {
-            first_vertices.push(first_vertices[first_vertices.len() - 1] + polygon.vertices().len());
-        }
-        let (mut lamps, mut lamp_on_face): (Vec<(Lamp, f64)>, _) = (Vec::new(), vec![None; leaves.len()]);
-        let surfaces = &solution.system.surfaces;
-        for (face, polygon) in mesh.polygons().iter().enumerate().filter(|(face, _)| !leaves[*face].is_empty()) {
-            let power = polygon.area() * surfaces.emitted[face].iter().sum::<f64>();
-            if power > 0.0 && !surfaces.glows_by_texture(face) {
-                let centre = polygon.vertices().iter().sum::<DVec3>() / polygon.vertices().len() as f64;
-                let radius = polygon.vertices().iter().map(|vertex| (*vertex - centre).length()).fold(0.0, largest);
-                lamp_on_face[face] = Some(lamps.len());
-                lamps.push((Lamp { face, centre, radius }, lamps.last().map_or(0.0, |(_, upto)| *upto) + power));
-            }
-        }
-        let planes = mesh.polygons().iter().map(Plane::from_polygon).collect();
-        let edges = Edge::of_mesh(mesh, solution.system.extent);
-        let (sides, seen_sides) = (Vec::new(), Vec::new());
-        let lamp_edges = (0..edges.len()).filter(|edge| lamp_on_face[edges[*edge].face].is_some());
-        let size = |edge: &usize| edges[*edge].length * surfaces.emitted[edges[*edge].face].iter().sum::<f64>();
-        let lamp_edges = summed(lamp_edges, size);
-        let mut integrands = Self {
-            solution,
-            importance,
-            points,
-            edges,
-            planes,
-            first_vertices,
-            leaves,
-            areas,
-            sides,
-            seen_sides,
-            lamps,
-            lamp_on_face,
-            lamp_edges,
-        };
-        let sides_of = |leaves: &Vec<(usize, f64)>| -> Vec<Side> {
-            leaves.iter().flat_map(|(leaf, _)| integrands.sides_of(*leaf)).collect()
-        };
-        let sides: Vec<Vec<Side>> = integrands.leaves.iter().map(sides_of).collect();
-        integrands.seen_sides = integrands
-            .points
-            .iter()
-            .map(|Viewpoint { station, .. }| {
-                let size = |side: &Side| {
-                    let arm = side.from + 0.5 * side.along - station.point;
-                    let is_above = [0.0, 1.0].into_iter().any(|part| station.normal.dot(arm + (part - 0.5) * side.along) > 0.0);
-                    let length = side.along.length();
-                    if is_above { length / largest(arm.length(), length).powi(2) } else { 0.0 }
-                };
-                summed(sides.iter().flatten().copied().filter(|side| size(side) > 0.0), size)
-            })
-            .collect();
-        integrands.sides = sides.into_iter().map(|sides| summed(sides.into_iter(), |side| side.along.length())).collect();
-        integrands
-    }
-
-    /// Whether an edge stands on a face, of which its motion covers a part.
-    pub(super) fn stands(&self, edge: &Edge) -> bool {
-        let (mesh, extent) = (&self.solution.system.mesh, self.solution.system.extent);
-        (0..PARTS).any(|part| !edge.joint(mesh, (part as f64 + 0.5) / PARTS as f64, extent).touched.is_empty())
-    }
-
-    /// The sides of a leaf beyond which its face goes on.
-    fn sides_of(&self, leaf: usize) -> Vec<Side> {
-        let element = self.solution.element(leaf);
-        let corners = element.polygon().vertices();
-        let side = |first: usize| {
-            let along = corners[(first + 1) % corners.len()] - corners[first];
-            let side = Side { leaf, from: corners[first], along };
-            self.beyond(&side, 0.5).is_some().then_some(side)
-        };
-        (0..corners.len()).filter_map(side).collect()
-    }
-
-    /// From a place of a side to one beyond it.
-    fn beside(&self, side: &Side, normal: DVec3) -> DVec3 {
-        side.along.cross(normal).normalize_or_zero() * (BESIDE * self.solution.system.extent)
-    }
-
-    /// The leaf beyond a place of a side.
-    fn beyond(&self, side: &Side, part: f64) -> Option<usize> {
-        let element = self.solution.element(side.leaf);
-        let at = side.from + side.along * part + self.beside(side, element.polygon().normal());
-        let beyond = self.solution.system.mesh.leaf_at(element.face(), at)?;
-        let other = self.solution.element(beyond);
-        (beyond != side.leaf && other.excess(other.reference(at)) <= 0.0).then_some(beyond)
-    }
-
-    /// All domains.
-    pub(super) fn domains(&self) -> Vec<Domain> {
-        let of_edge = |edge: usize| [Domain::Lines(edge), Domain::Shadows(edge)];
-        let mut domains: Vec<Domain> = (0..self.edges.len()).flat_map(of_edge).collect();
-        let of_face = |face: usize| [Domain::Rays(face), Domain::LampRays(face), Domain::LampEdges(face), Domain::Borders(face)];
-        domains.extend(self.areas.iter().flat_map(|&(face, _)| of_face(face)));
-        for (point, Viewpoint { station, .. }) in self.points.iter().enumerate() {
-            let is_above = |edge: &usize| {
-                let edge = &self.edges[*edge];
-                [0.0, 1.0].into_iter().any(|part| station.normal.dot(edge.place(part) - station.point) > 0.0)
-            };
-            domains.extend((0..self.edges.len()).filter(is_above).map(|edge| Domain::Sight { point, edge }));
-            domains.extend([Domain::BorderSight(point), Domain::Surroundings(point)]);
-        }
-        domains
-    }
-
-    /// The face whose edge, or place, is sampled; none of all around a point.
-    pub(super) fn face_of(&self, domain: Domain) -> Option<usize> {
-        match domain {
-            Domain::Lines(edge) | Domain::Shadows(edge) | Domain::Sight { edge, .. } => Some(self.edges[edge].face),
-            Domain::Rays(face) | Domain::LampRays(face) | Domain::LampEdges(face) | Domain::Borders(face) => Some(face),
-            Domain::BorderSight(_) | Domain::Surroundings(_) => None,
-        }
-    }
-
-    /// How many vertices there are.
-    pub(super) fn vertices(&self) -> usize {
-        self.first_vertices[self.first_vertices.len() - 1]
-    }
-
-    /// The number of a face's vertex among those of all.
-    pub(super) fn vertex(&self, face: usize, vertex: usize) -> usize {
-        self.first_vertices[face] + vertex
-    }
-
+impl Integrands<'_> {
     /// Adds the integrand at a place of the unit cube, times the domain's measure and a weight.
     pub(super) fn add(&self, domain: Domain, unit: [f64; 4], weight: f64, sum: &mut impl Sum) {
         match domain {
@@ -283,100 +50,6 @@ impl<'a> Integrands<'a> {
             Domain::Sight { point, edge } => self.add_sight(&self.points[point], &self.edges[edge], unit[0], weight, sum),
             Domain::Surroundings(point) => self.add_surroundings(&self.points[point], unit, weight, sum),
         }
-    }
-
-    fn first_met(&self, from: DVec3, toward: DVec3, leave_out: &[usize]) -> Option<Place> {
-        self.solution.system.mesh.front_met(from, toward, leave_out).map(|(face, at)| Place { face, at })
-    }
-
-    fn leaf(&self, place: Place) -> Option<usize> {
-        self.solution.system.mesh.leaf_at(place.face, place.at)
-    }
-
-    /// A light's polynomial on a leaf at a place.
-    fn value(&self, leaf: usize, at: DVec3, coefficients: impl Fn(usize) -> &'a [f64]) -> Light {
-        let (basis, element) = (self.solution.basis(leaf), self.solution.element(leaf));
-        let mut values: SmallVec<[f64; 32]> = SmallVec::from_elem(0.0, basis.len());
-        basis.fill(element.reference(at), &mut values);
-        let channels = 0..self.solution.channels().len();
-        channels.map(|channel| coefficients(channel).iter().zip(&values).map(|(c, v)| c * v).sum()).collect()
-    }
-
-    fn importance(&self, place: Place) -> Option<Light> {
-        let leaf = self.leaf(place)?;
-        let light = self.value(leaf, place.at, |channel| self.importance.coefficients(leaf, channel));
-        light.iter().any(|a| *a != 0.0).then_some(light)
-    }
-
-    /// The importance of a place at the foot of faces, but for what it has by their being lit from there: they move along, and what they
-    /// cover was not in front of them.
-    fn importance_at_contact(&self, foot: Place, at: DVec3, standing: &[usize]) -> Option<Light> {
-        let mut importance = self.importance(foot)?;
-        let rho = &self.solution.system.surfaces.reflectance_and_emission(foot.face, at)[0];
-        for &face in standing.iter().filter(|face| self.planes[**face].normal.dot((foot.at - at).normalize_or_zero()) > JOINED) {
-            // So much of the view, up to the foot, is the face's.
-            let part = 0.5 * (1.0 - self.planes[face].normal.dot(self.planes[foot.face].normal));
-            if let Some(own) = self.importance(Place { face, at }) {
-                importance.iter_mut().zip(rho).zip(&own).for_each(|((a, rho), own)| *a -= rho * part * own);
-            }
-        }
-        Some(importance)
-    }
-
-    fn radiosity(&self, place: Place) -> Option<Light> {
-        let leaf = self.leaf(place)?;
-        let mut light = self.value(leaf, place.at, |channel| self.solution.radiosity.field.coefficients(leaf, channel));
-        light.iter_mut().enumerate().for_each(|(channel, b)| *b += self.solution.lamp_on(place.face, channel));
-        Some(light)
-    }
-
-    /// No light.
-    fn dark(&self) -> Light {
-        SmallVec::from_elem(0.0, self.solution.channels().len())
-    }
-
-    /// The radiosity that a ray meets: none where it meets a back, or nothing.
-    fn seen(&self, from: DVec3, toward: DVec3, leave_out: &[usize]) -> Light {
-        let met = self.first_met(from, toward, leave_out).and_then(|place| self.radiosity(place));
-        met.unwrap_or_else(|| self.dark())
-    }
-
-    /// Whether a face is a lamp whose emission on a place is sampled by places of it.
-    fn is_sampled(&self, lamp: usize, place: DVec3) -> bool {
-        let Lamp { centre, radius, .. } = self.lamps[lamp].0;
-        (place - centre).length() > NEAR * radius
-    }
-
-    /// The radiosity without the emission on a place that is sampled otherwise.
-    fn unsampled_radiosity(&self, met: Place, place: DVec3) -> Option<Light> {
-        let mut light = self.radiosity(met)?;
-        if self.lamp_on_face[met.face].is_some_and(|lamp| self.is_sampled(lamp, place)) {
-            let emitted = &self.solution.system.surfaces.emitted[met.face];
-            light.iter_mut().zip(emitted).for_each(|(light, emitted)| *light -= emitted);
-        }
-        Some(light)
-    }
-
-    /// The emission of a lamp, where a ray meets it.
-    fn emission_seen(&self, lamp: usize, from: DVec3, toward: DVec3, leave_out: &[usize]) -> Light {
-        let is_seen = self.first_met(from, toward, leave_out).is_some_and(|met| met.face == lamp);
-        if is_seen { self.solution.system.surfaces.emitted[lamp].iter().copied().collect() } else { self.dark() }
-    }
-
-    /// A place of a lamp that is seen from another place under an angle, and the angle over the density of the choice; none where its
-    /// emission is not sampled so.
-    fn lamp_place(&self, from: DVec3, [a, b]: [f64; 2]) -> Option<(Place, f64)> {
-        let (_, whole) = self.lamps.last()?;
-        let (lamp, a, part) = chosen(&self.lamps, a);
-        let face = self.lamps[lamp].0.face;
-        let (_, at) = self.place_on(face, [a, b]);
-        let arm = at - from;
-        let cosine = -arm.dot(self.planes[face].normal) / arm.length();
-        if cosine <= 0.0 || !self.is_sampled(lamp, from) {
-            return None;
-        }
-        let area = self.leaves[face].last().map_or(0.0, |(_, area)| *area);
-        Some((Place { face, at }, cosine * area / arm.length_squared() * whole / part))
     }
 
     /// Adds the change by an edge's motion.
@@ -445,11 +118,12 @@ impl<'a> Integrands<'a> {
         // Of either side, the light that arrives times the importance of the place where it does.
         let (receiver, sides) = if let Some(face) = covered {
             let normal = self.planes[face].normal;
+            // What sees the place loses it by the same motion, by lines from there.
+            let Some(weights) = self.weight_itself(Place { face, at }) else { return };
             let side = |aside: DVec3| {
                 let height = aside.dot(normal);
-                let foot = at + aside - toward * (height / normal.dot(toward));
-                let importance = self.importance_at_contact(Place { face, at: foot }, at, &faces)?;
-                Some((importance, light(if height > 0.0 { at + aside } else { foot }, toward, &[face], &faces)))
+                let start = if height > 0.0 { at + aside } else { at + aside - toward * (height / normal.dot(toward)) };
+                Some((weights.clone(), light(start, toward, &[face], &faces)))
             };
             (Place { face, at }, [side(aside), side(-aside)])
         } else {
@@ -691,37 +365,6 @@ impl<'a> Integrands<'a> {
             self.add_station(station, channel, -change, sum);
         }
     }
-
-    /// The place of a face at a place of the unit square, evenly by area.
-    fn place_on(&self, face: usize, [a, b]: [f64; 2]) -> (usize, DVec3) {
-        let (place, a, _) = chosen(&self.leaves[face], a);
-        let leaf = self.leaves[face][place].0;
-        let element = self.solution.element(leaf);
-        let reference = match element.shape() {
-            Shape::Parallelogram => [a, b],
-            Shape::Triangle => [1.0 - a.sqrt(), b * a.sqrt()],
-        };
-        (leaf, element.point(reference))
-    }
-}
-
-/// A list in which each has the sum of the sizes up to it and its own.
-fn summed<T>(list: impl Iterator<Item = T>, size: impl Fn(&T) -> f64) -> Vec<(T, f64)> {
-    let mut upto = 0.0;
-    let sum = |of: T| {
-        upto += size(&of);
-        (of, upto)
-    };
-    list.map(sum).collect()
-}
-
-/// One of a list in which each has the sum up to it and its own, in proportion to its own; where in it, and its own.
-fn chosen<T>(sums: &[(T, f64)], at: f64) -> (usize, f64, f64) {
-    let whole = sums.last().map_or(0.0, |(_, whole)| *whole);
-    let place = sums.partition_point(|(_, upto)| *upto < at * whole).min(sums.len() - 1);
-    let before = if place == 0 { 0.0 } else { sums[place - 1].1 };
-    let own = sums[place].1 - before;
-    (place, ((at * whole - before) / own).clamp(0.0, 1.0), own)
 }
 
 /// The direction at a place of the unit square, evenly.
