@@ -214,13 +214,14 @@ impl SolutionCore {
         (radiosity, estimate, irradiance, irradiance_estimate, face).into_pyobject(py)
     }
 
-    /// Derivatives of a weighted sum, of surfaces or of points: its value and the relative estimate by channel, and the derivatives by
-    /// emission and by reflectance, face by face and channel by channel.
+    /// Derivatives of a weighted sum, of surfaces or of points: its value and the relative estimate by channel; the derivatives by
+    /// emission and by reflectance, face by face and channel by channel; and those by vertices with their estimates, if they are asked for.
     fn derivative<'py>(
         &self,
         py: Python<'py>,
         weights: Vec<Vec<f64>>,
         points: Option<(PyReadonlyArrayDyn<'py, f64>, PyReadonlyArrayDyn<'py, f64>)>,
+        vertices: bool,
     ) -> PyResult<Bound<'py, PyTuple>> {
         let sum = match points {
             None => WeightedSum { surfaces: weights, points: Vec::new() },
@@ -230,10 +231,18 @@ impl SolutionCore {
                 WeightedSum { surfaces: Vec::new(), points: pairs.map(point).collect() }
             }
         };
-        let derivative = detached(py, false, |_| Ok(self.solution.derivative(&self.scene, &sum)?))?;
+        let derivative = detached(py, false, |_| match vertices {
+            true => Ok(self.solution.derivative_with_vertices(&self.scene, &sum)?),
+            false => Ok(self.solution.derivative(&self.scene, &sum)?),
+        })?;
         let by_face = |of: Vec<Vec<f64>>| PyArray1::from_iter(py, of.into_iter().flatten());
         let [value, estimate] = [derivative.value, derivative.relative_estimate].map(|of| PyArray1::from_vec(py, of));
-        (value, estimate, by_face(derivative.emission), by_face(derivative.reflectance)).into_pyobject(py)
+        let by_vertex = derivative.vertices.iter().flatten().flatten().flat_map(DVec3::to_array);
+        let estimates = derivative.vertices_estimate.into_iter().flatten().flatten();
+        let by_vertex = (PyArray1::from_iter(py, by_vertex), PyArray1::from_iter(py, estimates));
+        let by_face = [derivative.emission, derivative.reflectance].map(by_face);
+        let ([emission, reflectance], (vertices, vertices_estimate)) = (by_face, by_vertex);
+        (value, estimate, emission, reflectance, vertices, vertices_estimate).into_pyobject(py)
     }
 
     /// At points, row by row: gradients of the radiosity and estimates of their errors' lengths, and the same of the irradiance; in free

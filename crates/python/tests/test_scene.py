@@ -207,3 +207,25 @@ def test_derivatives_by_materials_are_differences():
             assert np.allclose(d.emission[face], c.value - d.value, rtol=0.005, atol=0.002)
     with pytest.raises(ValueError, match="no surface is called 'wall'"):
         rg.Scene(v, f, reflectance=rho, emission=lit, names=names).solve(error=0.5).derivative({"wall": 1.0})
+
+
+def test_derivatives_by_vertices_follow_motions_of_faces():
+    v = [[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0], [0.5, 0.5, 1], [0.5, 1, 1], [1.2, 1, 1], [1.2, 0.5, 1]]
+    f, about = [[0, 1, 2, 3], [4, 5, 6, 7]], np.array([0.85, 0.75, 1.0])
+
+    def solved(lamp):
+        return rg.Scene(np.array([*v[:4], *lamp]), f, reflectance=[0.5, 0.0], emission=[0, 10], names=["floor", "lamp"]).solve(error=1e-4)
+
+    lamp = np.array(v[4:], dtype=float)
+    d = solved(lamp).derivative({"floor": 1.0}, vertices=True)
+    assert [by.shape for by in d.vertices] == [(4, 1, 3)] * 2 and [of.shape for of in d.vertices_estimate] == [(4, 1)] * 2
+    slopes = [d.translation([1])[0, 2], d.rotation([1], about)[0, 0], d.scale([1], about)[0]]
+    arms = lamp - about
+    motions = [np.tile([0, 0, 1.0], (4, 1)), np.cross([1.0, 0, 0], arms), arms]
+    for slope, motion in zip(slopes, motions):
+        ahead, behind = (solved(lamp + step * motion).derivative({"floor": 1.0}).value[0] for step in (0.01, -0.01))
+        assert abs(slope - (ahead - behind) / 0.02) < 0.01 * d.value[0]
+    # All together turns nothing.
+    assert np.allclose(d.translation([0, 1]), 0.0, atol=1e-9)
+    with pytest.raises(ValueError, match="vertices=True"):
+        solved(lamp).derivative({"floor": 1.0}).scale([1], about)

@@ -271,14 +271,14 @@ impl Mesh {
         self.clusters = Clusters::always_over(&self.elements[..self.roots.len()], &self.emits);
     }
 
-    /// The face that a ray meets first, of faces but for one, and where; nothing if it meets that from behind.
-    pub(crate) fn front_met(&self, from: DVec3, toward: DVec3, leave_out: Option<usize>) -> Option<(usize, DVec3)> {
-        self.index.first_front_along(from, toward, leave_out.as_slice())
+    /// The face that a ray meets first, of faces but for some, and where; nothing if it meets that from behind.
+    pub(crate) fn front_met(&self, from: DVec3, toward: DVec3, leave_out: &[usize]) -> Option<(usize, DVec3)> {
+        self.index.first_front_along(from, toward, leave_out)
     }
 
     /// The cluster of the one element that a ray meets first, of faces but for one; nothing if it meets that from behind.
     pub(crate) fn met(&self, from: DVec3, toward: DVec3, leave_out: Option<usize>) -> Option<usize> {
-        let (face, point) = self.front_met(from, toward, leave_out)?;
+        let (face, point) = self.front_met(from, toward, leave_out.as_slice())?;
         let excess = |root: &usize| self.elements[*root].excess(self.elements[*root].reference(point));
         let nearest = match &self.roots_of_face[face][..] {
             [root] => Some(root),
@@ -384,14 +384,14 @@ impl Mesh {
     }
 
     /// The faces that a point may be within `reach` of, along the sides of their elements and their normals, ascending.
-    fn faces_near(&self, point: DVec3, reach: f64) -> Vec<usize> {
+    pub(crate) fn faces_near(&self, point: DVec3, reach: f64) -> Vec<usize> {
         // Beside a corner it is farther off than along either side.
         let around = DVec3::splat(2.0 * reach);
         self.boxes.near([point - around, point + around])
     }
 
     /// How far a point is off a face at most, infinitely where the face exchanges no light, and the point of its plane.
-    fn distance_to_face(&self, face: usize, point: DVec3) -> (f64, DVec3) {
+    pub(crate) fn distance_to_face(&self, face: usize, point: DVec3) -> (f64, DVec3) {
         let polygon = &self.polygons[face];
         let height = polygon.normal().dot(point - polygon.vertices()[0]);
         let foot = point - polygon.normal() * height;

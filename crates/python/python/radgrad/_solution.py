@@ -78,8 +78,8 @@ class Slopes(Shown):
 
 @dataclass(frozen=True, eq=False)
 class Sensitivity(Shown):
-    """Derivatives of a weighted sum of radiosities by the emission and the reflectance of every face. Light of one channel makes none in
-    another."""
+    """Derivatives of a weighted sum of radiosities by the emission, the reflectance and the vertices of every face. Light of one channel
+    makes none in another."""
 
     #: (faces, channels): by the emission of each face, in the unit in which `Scene` takes it.
     emission: Floats
@@ -91,9 +91,35 @@ class Sensitivity(Shown):
     reflectance_estimate: Floats
     #: (channels,): the sum itself.
     value: Floats
+    #: Of each face (vertices, channels, 3): by the places of its vertices, in the order of `Scene.outlines`; None unless asked for.
+    vertices: "Optional[list[Floats]]" = None
+    #: Of each face (vertices, channels): estimates of the lengths of the errors of `vertices`.
+    vertices_estimate: "Optional[list[Floats]]" = None
+    #: Of each face (vertices, 3): where they are.
+    outlines: "Optional[list[Floats]]" = None
 
     def _shape(self) -> "Tuple[int, ...]":
         return np.shape(self.emission)[:1]
+
+    def translation(self, faces: Sequence[int]) -> Floats:
+        """(channels, 3): by moving these faces together along each axis."""
+        return sum((by.sum(0) for by, _ in self._vertices_of(faces)), np.zeros((len(self.value), 3)))
+
+    def rotation(self, faces: Sequence[int], about: ArrayLike) -> Floats:
+        """(channels, 3): by turning these faces together about each axis through a point, for an angle in radians."""
+        turned = (np.cross(arms[:, np.newaxis], by).sum(0) for by, arms in self._vertices_of(faces, about))
+        return sum(turned, np.zeros((len(self.value), 3)))
+
+    def scale(self, faces: Sequence[int], about: ArrayLike) -> Floats:
+        """(channels,): by scaling these faces together from a point, for the logarithm of the scale."""
+        scaled = (np.einsum("vci,vi->c", by, arms) for by, arms in self._vertices_of(faces, about))
+        return sum(scaled, np.zeros(len(self.value)))
+
+    def _vertices_of(self, faces: Sequence[int], about: ArrayLike = (0.0, 0.0, 0.0)) -> "list[tuple[Floats, Floats]]":
+        """Of each of these faces: the derivatives by its vertices, and where they are from a point."""
+        if self.vertices is None or self.outlines is None:
+            raise ValueError("there are no derivatives by vertices: ask for them by derivative(..., vertices=True)")
+        return [(self.vertices[face], self.outlines[face] - _numbers(about, "about")) for face in faces]
 
     def frame(self) -> Any:
         """A pandas frame with a row for each face: its derivatives by channel."""
@@ -360,11 +386,15 @@ class Solution:
         return Slopes(slopes[0], estimates[0], slopes[1], estimates[1])
 
     def derivative(
-        self, weights: "Union[ArrayLike, dict[str, ArrayLike]]", points: Optional[Tuple[ArrayLike, ArrayLike]] = None
+        self,
+        weights: "Union[ArrayLike, dict[str, ArrayLike]]",
+        points: Optional[Tuple[ArrayLike, ArrayLike]] = None,
+        vertices: bool = False,
     ) -> Sensitivity:
-        """Derivatives of a weighted sum of radiosities by the emission and the reflectance of every face.
+        """Derivatives of a weighted sum of radiosities by the emission and the reflectance of every face, and by all vertices.
 
-        All together cost as much as one solution of the linear system, however many faces there are.
+        All together cost as much as one solution of the linear system, however many faces there are; with those by vertices about as much as
+        the solution of the scene.
 
         Parameters
         ----------
@@ -372,12 +402,17 @@ class Solution:
             Of the mean radiosity of each surface, in the order of `summary["surfaces"]`; a dict has those that are not 0. With `points`
             (n,) or (n, channels), of each point.
         points : positions and normals, each (n, 3), optional
-            On faces the radiosity is summed, elsewhere the irradiance, as by `gather`.
+            On faces the radiosity is summed, elsewhere the irradiance, as by `gather`. A point on a face goes with its plane along the
+            normal, and stays within it; others stay where they are.
+        vertices : bool
+            Whether derivatives by vertices are asked for.
 
         Returns
         -------
         Sensitivity
-            `emission` and `reflectance`, each (faces, channels), with estimates of their errors, and the `value` of the sum.
+            `emission` and `reflectance`, each (faces, channels), with estimates of their errors, and the `value` of the sum; `vertices`, for
+            each face (vertices, channels, 3), from which `translation`, `rotation` and `scale` of faces follow. Vertices of several faces that
+            are at one place move together: add them up.
 
         Raises
         ------
@@ -392,6 +427,9 @@ class Solution:
         >>> s = rg.Scene(v, f, reflectance=0.5, emission=[0, 1], names=["floor", "ceiling"]).solve(error=0.01)
         >>> d = s.derivative({"floor": 1.0})
         >>> bool(abs(d.value[0] - d.emission[1, 0]) < 0.01)
+        True
+        >>> raised = s.derivative({"floor": 1.0}, vertices=True).translation([1])[0, 2]
+        >>> bool(raised < 0)
         True
         """
         channels = len(self._scene.channels)
@@ -416,9 +454,15 @@ class Solution:
         if table.shape != (count, channels):
             raise ValueError(f"weights has shape {table.shape}: expected ({count},) or ({count}, {channels}), one for each {what}")
         with watching(None, "derivative"):
-            value, estimate, *columns = self._core.derivative(table.tolist(), places)
-        emission, reflectance = (column.reshape((-1, channels)) for column in columns)
-        return Sensitivity(emission, reflectance, abs(emission) * estimate, abs(reflectance) * estimate, value)
+            value, estimate, emission, reflectance, *by_vertices = self._core.derivative(table.tolist(), places, vertices)
+        emission, reflectance = (column.reshape((-1, channels)) for column in (emission, reflectance))
+        moved: "Tuple[Any, ...]" = ()
+        if vertices:
+            outlines = self._scene.outlines
+            ends = np.cumsum([len(outline) for outline in outlines])[:-1]
+            shapes = ((-1, channels, 3), (-1, channels))
+            moved = (*(np.split(column.reshape(shape), ends) for column, shape in zip(by_vertices, shapes)), outlines)
+        return Sensitivity(emission, reflectance, abs(emission) * estimate, abs(reflectance) * estimate, value, *moved)
 
     def to_vtu(self, file: PathLike) -> None:
         """Write the solution for ParaView: radiosity and gradient with estimates of their errors at vertices, where these come from on cells."""

@@ -11,6 +11,11 @@
 //! the emission, so that `sum E_f dJ/dE_f` is J once more: the difference of the two is the error that links, clusters and polynomials
 //! make in I.
 
+mod integrands;
+mod outline;
+mod sampled;
+mod vertices;
+
 use radgrad_core::DVec3;
 use radgrad_scene::Scene;
 use rayon::prelude::*;
@@ -18,7 +23,9 @@ use rayon::prelude::*;
 use crate::error::Error;
 use crate::field::Field;
 use crate::field::gathering::{MOST_SWEEPS, ratio};
+use crate::links::station::Station;
 use crate::mesh::basis::dot;
+use crate::solve::derivative::integrands::Viewpoint;
 use crate::solve::gather::Sum;
 use crate::solve::solution::Solution;
 
@@ -61,6 +68,11 @@ pub struct Derivative {
     /// Estimate of the error of each derivative relative to it, in each channel: by how much the sum that the importance gives differs
     /// from the sum, and the estimate of the solution.
     pub relative_estimate: Vec<f64>,
+    /// For each face of the scene, each vertex of it and channel, by the vertex's place: the gradient, per unit of length of the scene. Empty
+    /// but of [`Solution::derivative_with_vertices`].
+    pub vertices: Vec<Vec<Vec<DVec3>>>,
+    /// Estimates of the lengths of their errors.
+    pub vertices_estimate: Vec<Vec<Vec<f64>>>,
 }
 
 /// The importance: the part that comes at once, and all of it as it is sent.
@@ -71,6 +83,7 @@ struct Importance {
 
 /// A point of a sum, and all that it gathers.
 struct View {
+    station: Station,
     sum: Sum,
     face: Option<usize>,
     rho: Vec<f64>,
@@ -101,6 +114,26 @@ impl Solution {
     /// # Errors
     /// If weights are not one for each surface and channel or not finite, a point is nowhere, or the importance does not settle.
     pub fn derivative(&self, scene: &Scene, sum: &WeightedSum) -> Result<Derivative, Error> {
+        Ok(self.derivative_by_importance(scene, sum)?.0)
+    }
+
+    /// The same with the derivatives by the vertices of every face: of lamps that move, of screens, of the room.
+    ///
+    /// # Errors
+    /// As for [`Self::derivative`].
+    pub fn derivative_with_vertices(&self, scene: &Scene, sum: &WeightedSum) -> Result<Derivative, Error> {
+        let (mut derivative, Importance { sent, .. }, views) = self.derivative_by_importance(scene, sum)?;
+        let viewpoint = |(View { station, rho, .. }, point): (View, &WeightedPoint)| Viewpoint {
+            station,
+            weights: point.weights.iter().zip(rho).map(|(weight, rho)| weight * rho).collect(),
+        };
+        let points = views.into_iter().zip(&sum.points).map(viewpoint).collect();
+        self.add_vertices(scene, sum, (&sent, points), &mut derivative);
+        Ok(derivative)
+    }
+
+    /// Derivatives by emission and reflectance, the importance that they are made of, and the views of the points.
+    fn derivative_by_importance(&self, scene: &Scene, sum: &WeightedSum) -> Result<(Derivative, Importance, Vec<View>), Error> {
         self.check_weights(scene, sum)?;
         let (channels, faces) = (self.system.channels.len(), scene.faces().len());
         let mut derivative = Derivative {
@@ -108,6 +141,8 @@ impl Solution {
             emission: vec![vec![0.0; channels]; faces],
             reflectance: vec![vec![0.0; channels]; faces],
             relative_estimate: vec![0.0; channels],
+            vertices: Vec::new(),
+            vertices_estimate: Vec::new(),
         };
         let mut first = Field::dark(&self.system.mesh, channels);
         self.weigh_surfaces(scene, &sum.surfaces, &mut first, &mut derivative);
@@ -120,7 +155,7 @@ impl Solution {
             let of_all = ratio((again - value).abs(), value.abs()) + self.progress.estimate;
             derivative.relative_estimate[channel] = OF_ONE_FACE * of_all;
         }
-        Ok(derivative)
+        Ok((derivative, importance, views))
     }
 
     fn check_weights(&self, scene: &Scene, sum: &WeightedSum) -> Result<(), Error> {
@@ -177,14 +212,14 @@ impl Solution {
             Ok((leaf, foot)) => {
                 let face = mesh.elements()[leaf].face();
                 let [rho, emitted] = self.system.surfaces.reflectance_and_emission(face, foot);
-                let sum = self.sum_on(leaf, foot)?;
-                Ok(View { sum, face: Some(face), rho, emitted })
+                let (station, sum) = self.sum_on(leaf, foot)?;
+                Ok(View { station, sum, face: Some(face), rho, emitted })
             }
             Err(error) if self.is_on_a_face(point.position) => Err(error),
             Err(_) => {
                 let station = self.station_in_space(point.position, point.normal)?;
                 let sum = self.sum_in_space(&station)?;
-                Ok(View { sum, face: None, rho: vec![1.0; channels], emitted: vec![0.0; channels] })
+                Ok(View { station, sum, face: None, rho: vec![1.0; channels], emitted: vec![0.0; channels] })
             }
         }
     }
@@ -193,7 +228,7 @@ impl Solution {
     fn weigh_points(&self, points: &[WeightedPoint], views: &[View], first: &mut Field, derivative: &mut Derivative) {
         let (mesh, channels) = (&self.system.mesh, self.channels().len());
         let mut on_clusters = vec![vec![0.0; mesh.clusters().clusters().len()]; channels];
-        for (point, View { sum: Sum { sums, rows, far, lit, .. }, face, rho, emitted }) in points.iter().zip(views) {
+        for (point, View { sum: Sum { sums, rows, far, lit, .. }, face, rho, emitted, .. }) in points.iter().zip(views) {
             for (channel, &weight) in point.weights.iter().enumerate() {
                 derivative.value[channel] += weight * (emitted[channel] + rho[channel] * sums[channel]);
                 if let Some(face) = *face {

@@ -186,9 +186,10 @@ impl Solution {
     }
 
     /// The gather of a point of a leaf.
-    pub(super) fn sum_on(&self, leaf: usize, point: DVec3) -> Result<Sum, Error> {
+    pub(super) fn sum_on(&self, leaf: usize, point: DVec3) -> Result<(Station, Sum), Error> {
         let (station, gathers) = self.gathers_on(leaf, point)?;
-        Ok(self.sum(&station, gathers, &self.system.far[self.receiver_of(leaf)]))
+        let sum = self.sum(&station, gathers, &self.system.far[self.receiver_of(leaf)]);
+        Ok((station, sum))
     }
 
     /// The gather of a point that is on no face.

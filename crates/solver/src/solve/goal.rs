@@ -137,7 +137,7 @@ impl Solution {
             let Sum { rows, far, sums, .. } = self.sum_in_space(&station)?;
             return Ok(Some(Seen { rows, far, rho: vec![1.0; self.channels().len()], reflected: sums }));
         };
-        let Sum { rows, far, sums, .. } = self.sum_on(leaf, foot)?;
+        let (_, Sum { rows, far, sums, .. }) = self.sum_on(leaf, foot)?;
         let [rho, _] = self.system.surfaces.reflectance_and_emission(self.element(leaf).face(), foot);
         let reflected = sums.iter().zip(&rho).map(|(received, rho)| received * rho).collect();
         Ok(Some(Seen { rows, far, rho, reflected }))

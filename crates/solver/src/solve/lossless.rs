@@ -65,7 +65,7 @@ fn closed_parts(mesh: &Mesh, is_meant: impl Fn(usize) -> bool) -> Vec<Vec<usize>
                 continue;
             }
             let toward = across * x + along * y + normal * (1.0 - square).sqrt();
-            match mesh.front_met(element.point(place), toward, Some(face)) {
+            match mesh.front_met(element.point(place), toward, &[face]) {
                 Some((other, _)) if is_meant[other] => {
                     let [a, b] = [face, other].map(|face| last(&next, face));
                     next[a] = b;

@@ -74,9 +74,13 @@ pub(crate) struct Rays {
 }
 
 /// Numbers from 0 to 1 in the order of splitmix64 (S. Vigna 2015). They follow from the digits of a place, not from its unit of length.
-struct Numbers(u64);
+pub(crate) struct Numbers(u64);
 
 impl Numbers {
+    pub(crate) const fn from_seed(seed: u64) -> Self {
+        Self(seed)
+    }
+
     fn seeded(station: &Station, draw: Draw) -> Self {
         let digits = station.point.to_array().map(|x| x.to_bits() & ((1 << 52) - 1));
         let mut numbers = Self(u64::from(draw == Draw::Second));
@@ -94,7 +98,7 @@ impl Numbers {
         z ^ (z >> 31)
     }
 
-    fn next(&mut self) -> f64 {
+    pub(crate) fn next(&mut self) -> f64 {
         (self.word() >> 11) as f64 * (0.5 * f64::EPSILON)
     }
 }
