@@ -107,13 +107,14 @@ pub fn of_matrix(name: Name) -> Result<Vec<String>, String> {
         let change = |(from, entry): (usize, Entry)| (repaired.factor(from, entry.face) - entry.factor).abs();
         let changes: Vec<f64> = narrowed.entries().map(change).collect();
         let of_pair = (repaired.factor(pair[0], pair[1]) - narrowed.factor(pair[0], pair[1])).abs();
-        let off = [
+        let differences = [
             changes.iter().copied().fold(0.0, largest) - most,
             of_pair - most,
             changes.iter().sum::<f64>() / changes.len() as f64 - mean,
         ];
-        if off.iter().any(|off| is_worse(off.abs(), SUM)) {
-            findings.push(format!("repair says that it changed {pair:?} by {most:e} and all by {mean:e}, off by {off:?}"));
+        if differences.iter().any(|off| is_worse(off.abs(), SUM)) {
+            findings
+                .push(format!("repair says that it changed {pair:?} by {most:e} and all by {mean:e}, off by {differences:?}"));
         }
         if is_worse(closure, SUM) || is_worse(repaired.worst_closure(), SUM) || is_worse(repaired.worst_reciprocity(), SUM) {
             findings.push(format!("rows that are repaired lack {closure:e} or {:e}", repaired.worst_closure()));

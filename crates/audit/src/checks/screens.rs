@@ -341,7 +341,7 @@ fn share_by_points([from, to]: [&[DVec3]; 2], start: DVec3, along: DVec3) -> f64
     share
 }
 
-/// Points along a side, and what they leave of a share.
+/// Points along a side, and the part of a share that they leave.
 const POINTS: u32 = 10;
 const OF_POINTS: f64 = 0.01;
 

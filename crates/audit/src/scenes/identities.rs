@@ -105,7 +105,7 @@ fn surfaces(index: u64) -> Wrong {
         if is_worse((mean - solution.mean()[0]).abs(), 1e-9 * mean) {
             findings.push(format!("surfaces have the mean {mean:e}, the scene {:e}", solution.mean()[0]));
         }
-        // On an edge and in a corner of the floor light is what it is beside them.
+        // On an edge and in a corner of the floor light is the same as beside them.
         for place in [DVec3::new(0.4, 0.0, 0.0), DVec3::new(0.0, 0.7, 0.0), DVec3::ZERO] {
             let beside = place + (DVec3::new(0.5, 0.5, 0.0) - place) * 1e-5;
             let radiosity = |place: DVec3| solution.gather(place * size, DVec3::Z).map(|gathered| gathered.radiosity[0]);

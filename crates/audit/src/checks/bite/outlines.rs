@@ -99,7 +99,7 @@ fn wrong(sampler: &mut Sampler) -> Vec<String> {
     hidden.unwrap_or_else(|error| vec![error.to_string()]).into_iter().map(|what| format!("{vertices:?}: {what}")).collect()
 }
 
-/// Contradictions between what an outline of a grid hides and what it gives.
+/// Contradictions between the light that an outline of a grid hides and the light it gives.
 fn hidden([start, u, v]: [DVec3; 3], outline: Polygon) -> Result<Vec<String>, Error> {
     let side = u.cross(v).dot(outline.normal()).signum();
     let up = u.cross(v) * (side / u.length());
@@ -112,10 +112,10 @@ fn hidden([start, u, v]: [DVec3; 3], outline: Polygon) -> Result<Vec<String>, Er
     let whole = evaluate_to(&receiver, &lamp, &[], 1.0)?;
     let seen = evaluate_to(&receiver, &lamp, [&outline], 1.0)?;
     let own = evaluate_to(&receiver, &Emitter::new(outline, Emission::Constant(1.0))?, &[], 1.0)?;
-    let off = (whole.radiosity - seen.radiosity - own.radiosity).abs();
+    let difference = (whole.radiosity - seen.radiosity - own.radiosity).abs();
     let room = whole.radiosity_error + seen.radiosity_error + own.radiosity_error + f64::EPSILON * whole.radiosity;
-    let is_off = is_worse(off, room) || is_worse(room, 1e-10);
-    let told = || format!("{seen:?} of {whole:?} is seen beside {own:?}: off by {off:e}, known to {room:e}");
+    let is_off = is_worse(difference, room) || is_worse(room, 1e-10);
+    let told = || format!("{seen:?} of {whole:?} is seen beside {own:?}: off by {difference:e}, known to {room:e}");
     Ok(if is_off { vec![told()] } else { Vec::new() })
 }
 

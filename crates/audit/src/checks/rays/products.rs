@@ -102,7 +102,7 @@ pub(super) fn wrong(asked: &Counts<'_>, factors: &RayFactors) -> Result<Vec<Stri
         if [&bytes[..bytes.len() - 1], &bytes[1..], &longer[..]].into_iter().any(|part| BlockOperator::from_bytes(part).is_ok()) {
             findings.push("other bytes are taken for blocks".to_owned());
         }
-        // The logarithm and the first area, and what of each face's sums is no count.
+        // The logarithm and the first area, and of each face's sums those that are no counts.
         let first = 64;
         let places = [(56, false), (first, false), (first + 8 * count, true), (first + 16 * count, true)];
         findings.extend(damaged(&bytes, 48, &places, |bytes| BlockOperator::from_bytes(bytes).is_ok()));

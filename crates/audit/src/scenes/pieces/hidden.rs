@@ -252,7 +252,7 @@ fn divided(faces: Vec<Vec<DVec3>>, s: &mut Sampler) -> Result<Mesh, String> {
     Ok(mesh)
 }
 
-/// Elements that a lamp may be hidden from in part by what is said, and those for which samples say so.
+/// Elements that a lamp may be hidden from in part as the solver says, and those for which samples say so.
 #[derive(Debug, Default)]
 struct Partly {
     said: usize,

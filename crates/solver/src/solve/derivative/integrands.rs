@@ -1,4 +1,4 @@
-//! What the integrals of [`crate::solve::derivative::sampled`] run over: edges, elements and their borders, lamps, and the light at places.
+//! Domains of the integrals of [`crate::solve::derivative::sampled`]: edges, elements and their borders, lamps, and the light at places.
 
 use radgrad_core::DVec3;
 use radgrad_scene::largest;
@@ -10,7 +10,7 @@ use crate::mesh::shape::Shape;
 use crate::solve::derivative::outline::{Edge, Plane};
 use crate::solve::solution::Solution;
 
-/// How far beside an edge it is looked for what is ahead of it and behind it, over the extent of the scene.
+/// How far beside an edge rays pass it that meet the faces ahead of it and behind it, over the extent of the scene.
 pub(super) const BESIDE: f64 = 1e-7;
 
 /// Distances from a lamp's centre up to which it is near, over its radius.
@@ -58,7 +58,7 @@ pub(super) enum Domain {
     Surroundings(usize),
 }
 
-/// What is integrated.
+/// An integrand.
 pub(super) struct Integrands<'a> {
     pub(super) solution: &'a Solution,
     pub(super) importance: &'a Field,
@@ -278,7 +278,7 @@ impl<'a> Integrands<'a> {
     }
 
     /// The radiosity that a ray meets: none where it meets a back, or nothing.
-    pub(super) fn seen(&self, from: DVec3, toward: DVec3, leave_out: &[usize]) -> Light {
+    pub(super) fn light_from(&self, from: DVec3, toward: DVec3, leave_out: &[usize]) -> Light {
         let met = self.first_met(from, toward, leave_out).and_then(|place| self.radiosity(place));
         met.unwrap_or_else(|| self.dark())
     }

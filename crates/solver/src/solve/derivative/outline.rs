@@ -1,4 +1,4 @@
-//! Edges of faces as borders of what is seen, and the planes of faces as their vertices move them.
+//! Edges of faces as borders of sight, and the planes of faces as their vertices move them.
 //!
 //! A face stays flat, so that it moves out of its plane by an affine function of the place: that of the vertices' heights, by least squares.
 //! Within its plane nothing moves but its edges, since the light goes on smoothly beyond them.

@@ -92,7 +92,7 @@ impl Integrands<'_> {
         self.add_through((edge, part), on_sphere(height, turn), 4.0 * PI * weight, light, sum);
     }
 
-    /// Adds a line through an edge to a lamp, by what that emits.
+    /// Adds a line through an edge to a lamp, by the emission of that.
     fn add_shadow(&self, edge: &Edge, [part, a, b, _]: [f64; 4], weight: f64, sum: &mut impl Sum) {
         let from = edge.place(part);
         let Some((Place { face, at }, angle)) = self.lamp_place(from, [a, b]) else { return };
@@ -118,7 +118,7 @@ impl Integrands<'_> {
         // Of either side, the light that arrives times the importance of the place where it does.
         let (receiver, sides) = if let Some(face) = covered {
             let normal = self.planes[face].normal;
-            // What sees the place loses it by the same motion, by lines from there.
+            // Places that see this one lose it by the same motion, by lines from there.
             let Some(weights) = self.weight_itself(Place { face, at }) else { return };
             let side = |aside: DVec3| {
                 let height = aside.dot(normal);
@@ -215,7 +215,7 @@ impl Integrands<'_> {
         self.add_lamp(&station, &importance, [a, b], weight * area, sum);
     }
 
-    /// Adds a ray from a place of a face to an edge of a lamp, by what that emits.
+    /// Adds a ray from a place of a face to an edge of a lamp, by the emission of that.
     fn add_lamp_edge(&self, face: usize, [place, other, along, _]: [f64; 4], weight: f64, sum: &mut impl Sum) {
         let Some((_, whole)) = self.lamp_edges.last() else { return };
         let (index, part, own) = chosen(&self.lamp_edges, along);
@@ -272,7 +272,7 @@ impl Integrands<'_> {
         let (extent, mesh) = (self.solution.system.extent, &self.solution.system.mesh);
         let aside = across * (BESIDE * extent);
         let [ahead, behind] =
-            [aside, -aside].map(|aside| self.seen(station.point, at + aside - station.point, station.face.as_slice()));
+            [aside, -aside].map(|aside| self.light_from(station.point, at + aside - station.point, station.face.as_slice()));
         if ahead == behind {
             return;
         }
@@ -341,7 +341,7 @@ impl Integrands<'_> {
         }
     }
 
-    /// Adds the slide of what a point sees there, as one of a direction and a place.
+    /// Adds the slide of the light that a point sees there, as one of a direction and a place.
     fn add_slide(
         &self,
         Viewpoint { station, weights }: &Viewpoint,

@@ -47,7 +47,7 @@ impl Sum for ByVertex {
     }
 }
 
-/// The sum of the squares of what is added.
+/// The sum of the squares of all that is added.
 struct Squares(f64);
 
 impl Sum for Squares {
@@ -292,8 +292,8 @@ mod tests {
         };
         for by in &by {
             for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
-                let all: [&dyn Fn(usize, DVec3) -> DVec3; 3] = [&|_, _| axis, &|_, at| axis.cross(at), &|_, at| at];
-                for motion in all {
+                let rigid: [&dyn Fn(usize, DVec3) -> DVec3; 3] = [&|_, _| axis, &|_, at| axis.cross(at), &|_, at| at];
+                for motion in rigid {
                     let (sum, size, estimate) = along(by, motion);
                     println!("all {axis} {sum:.5} {size:.5} {estimate:.5}");
                     assert!(sum.abs() < 0.02 * size && sum.abs() < estimate, "{sum} {size} {estimate}");
