@@ -136,11 +136,11 @@ fn contradictions_on_lanes(sampler: &mut Sampler) -> Vec<String> {
     let rough = [libm::atan2(middle[0], middle[1]), 0.5 * libm::log(middle[0])];
     let (results, functions) = on_instruction_set!(Level::new(), simd => balls_on_lanes(simd, numbers, rough));
     // Far from where nothing is known.
-    let most = if width.iter().all(|width| *width < 0.1) { f64::MAX } else { f64::INFINITY };
+    let limit = if width.iter().all(|width| *width < 0.1) { f64::MAX } else { f64::INFINITY };
     let mut findings = Vec::new();
     let mut compare = |name: &str, coarse: Ball<f64>, fine: Ball<DoubleDouble>| {
         let apart = (DoubleDouble::from(coarse.middle()) - fine.middle()).hi.abs();
-        let holds = (0.0..=coarse.error() + fine.error()).contains(&apart) && coarse.error() <= most;
+        let holds = (0.0..=coarse.error() + fine.error()).contains(&apart) && coarse.error() <= limit;
         if !holds {
             findings
                 .push(format!("{name} on lanes of {end:?} within {radius:?}: off by {apart:e}, known to {:e}", coarse.error()));

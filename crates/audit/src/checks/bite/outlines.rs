@@ -1,6 +1,6 @@
 //! Which outlines are polygons, judged by whole numbers: corners on a small grid, so that edges often meet, fold back or have a corner in
-//! common, in a plane and a unit in which every coordinate is exact. And of those that are: what one hides of a larger lamp is as much as it
-//! gives in its place. As a lamp it is taken whole, and as a screen in convex parts.
+//! common, in a plane and a unit in which every coordinate is exact. A polygon hides as much of a larger lamp as it gives in its place: as a
+//! lamp it is taken whole, and as a screen in convex parts.
 
 use glam::DVec3;
 use radgrad_core::{Emission, Emitter, Error, Polygon, Receiver, evaluate_to};
@@ -112,10 +112,10 @@ fn hidden([start, u, v]: [DVec3; 3], outline: Polygon) -> Result<Vec<String>, Er
     let whole = evaluate_to(&receiver, &lamp, &[], 1.0)?;
     let seen = evaluate_to(&receiver, &lamp, [&outline], 1.0)?;
     let own = evaluate_to(&receiver, &Emitter::new(outline, Emission::Constant(1.0))?, &[], 1.0)?;
-    let off = (whole.radiosity - seen.radiosity - own.radiosity).abs();
+    let error = (whole.radiosity - seen.radiosity - own.radiosity).abs();
     let room = whole.radiosity_error + seen.radiosity_error + own.radiosity_error + f64::EPSILON * whole.radiosity;
-    let is_off = is_worse(off, room) || is_worse(room, 1e-10);
-    let told = || format!("{seen:?} of {whole:?} is seen beside {own:?}: off by {off:e}, known to {room:e}");
+    let is_off = is_worse(error, room) || is_worse(room, 1e-10);
+    let told = || format!("{seen:?} of {whole:?} is seen beside {own:?}: off by {error:e}, known to {room:e}");
     Ok(if is_off { vec![told()] } else { Vec::new() })
 }
 
