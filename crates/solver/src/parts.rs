@@ -189,14 +189,14 @@ pub fn partition(
     light: &Light<'_>,
 ) -> Result<Vec<Vec<DVec3>>, Error> {
     let normal = (part[1] - part[0]).cross(part[2] - part[0]).normalize_or_zero();
-    let known = Known { normal, parts: vec![part.to_vec()], lines: lines.to_vec(), stays: false };
+    let face = Known { normal, parts: vec![part.to_vec()], lines: lines.to_vec(), stays: false };
     let other = Known { normal, parts: vec![part.iter().map(|p| *p * 3.0).collect()], lines: Vec::new(), stays: true };
     let bases = [Shape::Parallelogram, Shape::Triangle].map(|shape| Basis::new(shape, degree));
     let light = |_, places: &[DVec3]| {
         let samples = places.iter().zip(light(places)).map(|(&point, light)| Sample { point, light: vec![light] });
         Ok(Some(samples.collect()))
     };
-    let parts = partition::partition(&[known, other], &bases, (most + 1, error / 10.0_f64.sqrt()), &light)?;
+    let parts = partition::partition(&[face, other], &bases, (most + 1, error / 10.0_f64.sqrt()), &light)?;
     Ok(parts.into_iter().next().unwrap_or_default())
 }
 

@@ -83,7 +83,7 @@ fn meet([a, along]: [DVec3; 2], [b, other]: [DVec3; 2]) -> Option<[f64; 2]> {
 }
 
 /// The distance of a point from a line.
-fn off(p: DVec3, [a, b]: [DVec3; 2]) -> f64 {
+fn distance(p: DVec3, [a, b]: [DVec3; 2]) -> f64 {
     (p - a).reject_from((b - a).normalize()).length()
 }
 
@@ -121,16 +121,16 @@ fn lines_of(index: u64, counts: &mut Counts) -> Wrong {
         }
         let is_outside = |p: DVec3| {
             floor.normal().dot(p - floor.vertices()[0]).abs() > level
-                || sides(floor.vertices()).all(|side| off(p, side) > floor.size())
+                || sides(floor.vertices()).all(|side| distance(p, side) > floor.size())
         };
         if [a, b].into_iter().any(is_outside)
-            || sides(floor.vertices()).any(|side| off(a, side) <= level && off(b, side) <= level)
+            || sides(floor.vertices()).any(|side| distance(a, side) <= level && distance(b, side) <= level)
         {
             findings.push(format!("the line from {a} to {b} is along a side of the floor, or off it"));
         }
         if lines[..place]
             .iter()
-            .any(|&other| off(a, other) <= level && off(b, other) <= level && (meets(other, a) || meets(other, b)))
+            .any(|&other| distance(a, other) <= level && distance(b, other) <= level && (meets(other, a) || meets(other, b)))
         {
             findings.push(format!("the line from {a} to {b} is there twice"));
         }
@@ -147,7 +147,7 @@ fn lines_of(index: u64, counts: &mut Counts) -> Wrong {
             ] {
                 if let Some(x) = seen_change(&mesh, feature, target) {
                     counts.changes += 1;
-                    counts.missed += usize::from(!lines.iter().any(|&line| off(x, line) <= level));
+                    counts.missed += usize::from(!lines.iter().any(|&line| distance(x, line) <= level));
                 }
             }
         }
@@ -186,11 +186,11 @@ fn seen_change(mesh: &Mesh, feature: DVec3, target: DVec3) -> Option<DVec3> {
 /// Findings on parts of triangles and parallelograms, in so many cases.
 #[must_use]
 pub fn partitions(cases: u64) -> Vec<String> {
-    let of = |index: u64| match partition_of(index) {
+    let findings_of = |index: u64| match partition_of(index) {
         Ok(wrong) => wrong.into_iter().map(|what| format!("partition {index}: {what}")).collect(),
         Err(why) => vec![format!("partition {index}: {why}")],
     };
-    (0..cases).flat_map(of).collect()
+    (0..cases).flat_map(findings_of).collect()
 }
 
 /// Area of a triangle or a parallelogram, and its longest side or diagonal over the height on that.
@@ -221,10 +221,10 @@ fn partition_of(index: u64) -> Wrong {
     let degree = (index / 2 % 3) as usize;
     let [area, _] = shape(&whole);
     let cut_of = |whole: &[DVec3], line: [DVec3; 2], unit: f64, ends: (usize, f64), asked: &Mutex<Vec<Vec<DVec3>>>| {
-        let of = jump(line, normal);
+        let radiosity = jump(line, normal);
         let light = |places: &[DVec3]| {
             asked.lock().unwrap_or_else(std::sync::PoisonError::into_inner).push(places.to_vec());
-            places.iter().map(|&p| of(p / unit)).collect()
+            places.iter().map(|&p| radiosity(p / unit)).collect()
         };
         let scaled: Vec<DVec3> = whole.iter().map(|&p| p * unit).collect();
         parts::partition(&scaled, &[line.map(|p| p * unit)], degree, ends, &light).map_err(|error| error.to_string())
@@ -240,13 +240,13 @@ fn partition_of(index: u64) -> Wrong {
     if exceeds((covered - area).abs(), 1e-9 * area) {
         findings.push(format!("parts have the area {covered}, the whole has {area}"));
     }
-    let of = jump(line, normal);
+    let radiosity = jump(line, normal);
     for piece in &pieces {
         let middle = piece.iter().sum::<DVec3>() / piece.len() as f64;
         let is_turned = sides(piece).any(|[a, b]| normal.dot((b - a).cross(middle - a)) <= 0.0);
         let is_outside = piece.iter().any(|p| sides(&whole).any(|[a, b]| normal.dot((b - a).cross(*p - a)) < -1e-9));
         let is_no_shape = piece.len() > 4 || piece.len() == 4 && (piece[0] + piece[2] - piece[1] - piece[3]).length() > 1e-9;
-        if is_turned || is_outside || is_no_shape || piece.iter().any(|p| of(p.lerp(middle, 1e-6)) != of(middle)) {
+        if is_turned || is_outside || is_no_shape || piece.iter().any(|p| radiosity(p.lerp(middle, 1e-6)) != radiosity(middle)) {
             findings.push(format!("a part is no triangle or parallelogram of the whole on one side of the jump: {piece:?}"));
         }
     }
@@ -268,7 +268,7 @@ fn partition_of(index: u64) -> Wrong {
         findings.push(format!("light is asked for {apart} from the middle in the mean"));
     }
     // It is cut until polynomials leave as little as is asked for, and no further.
-    let expected = residual(&whole, degree, first, &of)?;
+    let expected = residual(&whole, degree, first, &radiosity)?;
     let count = |error: f64| cut(line, 1.0, (24, error), &Mutex::default()).map(|pieces| pieces.len());
     let [enough, more] = [count(expected * (1.0 + 1e-7))?, count(expected * (1.0 - 1e-7))?];
     if enough != 1 || more == 1 {
@@ -296,7 +296,7 @@ fn partition_of(index: u64) -> Wrong {
         };
         let line = if is_wide { [[0.41, 0.22], [0.41, 0.36]] } else { [[0.22, 0.41], [0.36, 0.41]] }.map(at);
         let pieces = cut_of(&long, line, unit, (along, 1e-6), &Mutex::default())?;
-        let is_on = |p: DVec3| off(p / unit, line) <= ON;
+        let is_on = |p: DVec3| distance(p / unit, line) <= ON;
         if pieces.iter().any(|piece| sides(piece).any(|[a, b]| is_on(a) && is_on(b))) {
             findings.push(format!("in a unit of {unit:e} a part is cut along a line that is short"));
         }
@@ -309,7 +309,7 @@ fn residual(whole: &[DVec3], degree: usize, places: &[DVec3], light: &dyn Fn(DVe
     let mesh = Mesh::new(&scene_of(vec![whole.to_vec()])?, degree).map_err(|error| error.to_string())?;
     let (element, basis) = (&mesh.elements()[0], mesh.basis(0));
     let rows: Vec<Vec<f64>> = places.iter().map(|&p| basis.values(element.reference(p))).collect();
-    let mut left: Vec<f64> = places.iter().map(|&p| light(p)).collect();
+    let mut residual: Vec<f64> = places.iter().map(|&p| light(p)).collect();
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let take = |from: &mut [f64], along: &[f64]| {
         let share = dot(from, along) / dot(along, along);
@@ -319,8 +319,8 @@ fn residual(whole: &[DVec3], degree: usize, places: &[DVec3], light: &dyn Fn(DVe
     for index in 0..basis.len() {
         let mut column: Vec<f64> = rows.iter().map(|row| row[index]).collect();
         columns.iter().for_each(|before| take(&mut column, before));
-        take(&mut left, &column);
+        take(&mut residual, &column);
         columns.push(column);
     }
-    Ok((dot(&left, &left) / (places.len() - basis.len()) as f64).sqrt())
+    Ok((dot(&residual, &residual) / (places.len() - basis.len()) as f64).sqrt())
 }

@@ -97,9 +97,9 @@ fn textures_of(index: u64) -> Wrong {
                     .push(format!("of light times {dim:e} {:?} is left out, of the whole {:?}", dimmed.detail, texture.detail));
             }
             if degree == 0 && is_along {
-                let most = here.iter().map(|(of, _, phi)| left(*of, phi).abs()).fold(0.0, largest);
-                if exceeds(texture.detail[0], most + room) {
-                    findings.push(format!("{most:e} is left out, {:e} is said", texture.detail[0]));
+                let detail = here.iter().map(|(of, _, phi)| left(*of, phi).abs()).fold(0.0, largest);
+                if exceeds(texture.detail[0], detail + room) {
+                    findings.push(format!("{detail:e} is left out, {:e} is said", texture.detail[0]));
                 }
             }
         }
@@ -134,11 +134,11 @@ fn textures_of(index: u64) -> Wrong {
 /// Findings on gathers of textured elements by points, in so many cases.
 #[must_use]
 pub fn gathers(cases: u64) -> Vec<String> {
-    let of = |index: u64| match gathers_of(index) {
+    let findings_of = |index: u64| match gathers_of(index) {
         Ok(wrong) => wrong.into_iter().map(|what| format!("gather {index}: {what}")).collect(),
         Err(why) => vec![format!("gather {index}: {why}")],
     };
-    (0..cases).flat_map(of).collect()
+    (0..cases).flat_map(findings_of).collect()
 }
 
 /// A parallelogram of six texels that a point looks at: in the clear, past a screen that hides a quarter of it, or as near as can be.
@@ -205,11 +205,11 @@ fn gathers_of(index: u64) -> Wrong {
         let deviation = mean(&|at| (brightness(at) - mean_value).powi(2)).sqrt();
         // What is uneven is gathered unevenly by no more than that, where all is seen.
         let uneven = smallest(factor * mean_value + 0.55 * (peak - least) * deviation, peak * mean_value);
-        let most = if way == "clear" { uneven } else { factor * largest_value };
+        let limit = if way == "clear" { uneven } else { factor * largest_value };
         let room = 1e-6 * peak;
         if exceeds((said.factor - factor).abs(), room)
             || exceeds(gathered, said.gathered + room)
-            || exceeds(said.gathered, largest(most, gathered) + 0.02 * peak)
+            || exceeds(said.gathered, largest(limit, gathered) + 0.02 * peak)
             || exceeds(truncation, said.truncation + room)
             || exceeds(said.truncation, truncation + 1e-3 * peak)
         {
