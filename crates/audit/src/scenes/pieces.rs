@@ -310,11 +310,11 @@ fn derivatives() -> Wrong {
         let receiver =
             Receiver::new(DVec3::new(1.8, 0.0, 0.872), DVec3::new(turn, 0.0, -1.0), 1.0).map_err(|error| error.to_string())?;
         for transfer in parts::transfers(&mesh, &receiver, 1e-9, 0).map_err(|error| error.to_string())? {
-            let slopes = corners.map(|corner| taylor(&receiver, element, element.reference(corner), DVec3::X));
+            let series = corners.map(|corner| taylor(&receiver, element, element.reference(corner), DVec3::X));
             for (order, bound) in transfer.derivatives.into_iter().flatten().enumerate() {
-                let steepest = slopes.iter().map(|of| of[order].abs()).fold(0.0, largest);
-                if exceeds(steepest, bound * (1.0 + 1e-9)) || exceeds(bound, 1.2 * steepest) {
-                    findings.push(format!("turned by {turn}, derivative {order} is {steepest:e}, the bound is {bound:e}"));
+                let largest_term = series.iter().map(|terms| terms[order].abs()).fold(0.0, largest);
+                if exceeds(largest_term, bound * (1.0 + 1e-9)) || exceeds(bound, 1.2 * largest_term) {
+                    findings.push(format!("turned by {turn}, derivative {order} is {largest_term:e}, the bound is {bound:e}"));
                 }
             }
             if transfer.derivatives.is_none() {
@@ -366,10 +366,10 @@ pub fn rules() -> Vec<String> {
         // One order is the best: all are tried.
         let sources: Vec<(f64, f64)> = (0..4).map(|_| (s.between(0.05, 0.6), s.between(-0.2, 2.0))).collect();
         let order = |code: usize| {
-            let mut waiting = sources.clone();
+            let mut unused = sources.clone();
             let (mut free, mut sum) = (1.0, 0.0);
             for (count, divisor) in [(4, 1), (3, 4), (2, 12), (1, 24)] {
-                let (factor, value) = waiting.remove(code / divisor % count);
+                let (factor, value) = unused.remove(code / divisor % count);
                 let part = smallest(factor, free);
                 (free, sum) = (free - part, sum + part * largest(value, 0.0));
             }

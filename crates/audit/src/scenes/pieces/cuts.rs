@@ -83,7 +83,7 @@ fn meet([a, along]: [DVec3; 2], [b, other]: [DVec3; 2]) -> Option<[f64; 2]> {
 }
 
 /// The distance of a point from a line.
-fn off(p: DVec3, [a, b]: [DVec3; 2]) -> f64 {
+fn distance(p: DVec3, [a, b]: [DVec3; 2]) -> f64 {
     (p - a).reject_from((b - a).normalize()).length()
 }
 
@@ -121,16 +121,16 @@ fn lines_of(index: u64, counts: &mut Counts) -> Wrong {
         }
         let is_outside = |p: DVec3| {
             floor.normal().dot(p - floor.vertices()[0]).abs() > level
-                || sides(floor.vertices()).all(|side| off(p, side) > floor.size())
+                || sides(floor.vertices()).all(|side| distance(p, side) > floor.size())
         };
         if [a, b].into_iter().any(is_outside)
-            || sides(floor.vertices()).any(|side| off(a, side) <= level && off(b, side) <= level)
+            || sides(floor.vertices()).any(|side| distance(a, side) <= level && distance(b, side) <= level)
         {
             findings.push(format!("the line from {a} to {b} is along a side of the floor, or off it"));
         }
         if lines[..place]
             .iter()
-            .any(|&other| off(a, other) <= level && off(b, other) <= level && (meets(other, a) || meets(other, b)))
+            .any(|&other| distance(a, other) <= level && distance(b, other) <= level && (meets(other, a) || meets(other, b)))
         {
             findings.push(format!("the line from {a} to {b} is there twice"));
         }
@@ -147,7 +147,7 @@ fn lines_of(index: u64, counts: &mut Counts) -> Wrong {
             ] {
                 if let Some(x) = seen_change(&mesh, feature, target) {
                     counts.changes += 1;
-                    counts.missed += usize::from(!lines.iter().any(|&line| off(x, line) <= level));
+                    counts.missed += usize::from(!lines.iter().any(|&line| distance(x, line) <= level));
                 }
             }
         }
@@ -186,11 +186,11 @@ fn seen_change(mesh: &Mesh, feature: DVec3, target: DVec3) -> Option<DVec3> {
 /// Findings on parts of triangles and parallelograms, in so many cases.
 #[must_use]
 pub fn partitions(cases: u64) -> Vec<String> {
-    let wrong = |index: u64| match partition_of(index) {
-        Ok(findings) => findings.into_iter().map(|what| format!("partition {index}: {what}")).collect(),
+    let findings_of = |index: u64| match partition_of(index) {
+        Ok(wrong) => wrong.into_iter().map(|what| format!("partition {index}: {what}")).collect(),
         Err(why) => vec![format!("partition {index}: {why}")],
     };
-    (0..cases).flat_map(wrong).collect()
+    (0..cases).flat_map(findings_of).collect()
 }
 
 /// Area of a triangle or a parallelogram, and its longest side or diagonal over the height on that.
@@ -296,7 +296,7 @@ fn partition_of(index: u64) -> Wrong {
         };
         let line = if is_wide { [[0.41, 0.22], [0.41, 0.36]] } else { [[0.22, 0.41], [0.36, 0.41]] }.map(at);
         let pieces = cut_of(&long, line, unit, (along, 1e-6), &Mutex::default())?;
-        let is_on = |p: DVec3| off(p / unit, line) <= ON;
+        let is_on = |p: DVec3| distance(p / unit, line) <= ON;
         if pieces.iter().any(|piece| sides(piece).any(|[a, b]| is_on(a) && is_on(b))) {
             findings.push(format!("in a unit of {unit:e} a part is cut along a line that is short"));
         }

@@ -97,9 +97,9 @@ fn textures_of(index: u64) -> Wrong {
                     .push(format!("of light times {dim:e} {:?} is left out, of the whole {:?}", dimmed.detail, texture.detail));
             }
             if degree == 0 && is_along {
-                let steepest = here.iter().map(|(of, _, phi)| left(*of, phi).abs()).fold(0.0, largest);
-                if exceeds(texture.detail[0], steepest + room) {
-                    findings.push(format!("{steepest:e} is left out, {:e} is said", texture.detail[0]));
+                let detail = here.iter().map(|(of, _, phi)| left(*of, phi).abs()).fold(0.0, largest);
+                if exceeds(texture.detail[0], detail + room) {
+                    findings.push(format!("{detail:e} is left out, {:e} is said", texture.detail[0]));
                 }
             }
         }
@@ -134,11 +134,11 @@ fn textures_of(index: u64) -> Wrong {
 /// Findings on gathers of textured elements by points, in so many cases.
 #[must_use]
 pub fn gathers(cases: u64) -> Vec<String> {
-    let wrong = |index: u64| match gathers_of(index) {
-        Ok(findings) => findings.into_iter().map(|what| format!("gather {index}: {what}")).collect(),
+    let findings_of = |index: u64| match gathers_of(index) {
+        Ok(wrong) => wrong.into_iter().map(|what| format!("gather {index}: {what}")).collect(),
         Err(why) => vec![format!("gather {index}: {why}")],
     };
-    (0..cases).flat_map(wrong).collect()
+    (0..cases).flat_map(findings_of).collect()
 }
 
 /// A parallelogram of six texels that a point looks at: in the clear, past a screen that hides a quarter of it, or as near as can be.
