@@ -51,7 +51,7 @@ fn a_scene_is_the_same_from_its_file() {
 #[test]
 fn a_furnace_and_facing_rectangles_hold() {
     for family in [Family::Furnace, Family::Facing] {
-        for index in 0..3 {
+        for index in 0..2 {
             let model = family.model(1, index);
             let outcome = judge(&model, Subject::Solve, &EFFORT);
             assert!(!outcome.fails(&model), "{family}:1:{index}: {:?}", outcome.faults(&model));
@@ -67,9 +67,8 @@ fn places(count: u32) -> impl Iterator<Item = [f64; 2]> {
 }
 
 #[test]
-fn at_four_hundred_points_of_scenes_that_are_known_errors_are_within_three_estimates() {
-    // Half of the points at a time, on a core each.
-    let hold = |name: &str, half: usize| {
+fn at_two_hundred_points_of_scenes_that_are_known_errors_are_within_three_estimates() {
+    let hold = |name: &str| {
         let mut model = name.parse::<Name>().unwrap().model();
         model.ways = Ways::default();
         let count = model.parts.len();
@@ -78,7 +77,7 @@ fn at_four_hundred_points_of_scenes_that_are_known_errors_are_within_three_estim
             let position = corners[0] + (corners[1] - corners[0]) * s + (corners[3] - corners[0]) * t;
             Probe { part: index % count, position }
         };
-        model.probes = places(400).enumerate().skip(half).step_by(2).map(probe).collect();
+        model.probes = places(200).enumerate().map(probe).collect();
         let outcome = judge(&model, Subject::Solve, &EFFORT);
         assert!(!outcome.fails(&model), "{name}: {:?}", outcome.faults(&model));
         let Ending::Judged(all) = outcome.ending else { panic!("{name} has no answer") };
@@ -89,8 +88,7 @@ fn at_four_hundred_points_of_scenes_that_are_known_errors_are_within_three_estim
     };
     std::thread::scope(|scope| {
         for name in ["furnace:1:0", "facing:1:0", "facing:1:1", "facing:1:2", "facing:1:3"] {
-            scope.spawn(move || hold(name, 0));
-            scope.spawn(move || hold(name, 1));
+            scope.spawn(move || hold(name));
         }
     });
 }

@@ -322,11 +322,8 @@ mod tests {
         // Lamps in closed form, and lamps that are met; the last of few faces that reflect.
         let rooms = [[0.5; 8], [0.05; 8], [0.0, 0.9, 0.3, 0.7, 0.5, 0.2, 0.8, 0.1], [0.0, 0.5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]];
         for reflectances in rooms {
-            for is_textured in [false, true] {
-                let room = rooms::furnace(reflectances, is_textured);
-                for cut in [0.0, 0.02] {
-                    hold(&room, cut)?;
-                }
+            for (is_textured, cut) in [(false, 0.0), (true, 0.02)] {
+                hold(&rooms::furnace(reflectances, is_textured), cut)?;
             }
         }
         Ok(())

@@ -55,7 +55,7 @@ fn even_light_is_within_its_limits() -> Outcome {
         [[0.5; 8], [0.9; 8], [0.0, 0.99, 0.3, 0.7, 0.5, 0.2, 0.9, 0.1], [0.8, 0.1, 0.8, 0.1, 0.8, 0.1, 0.0, 1.0], [0.97; 8]];
     for (room, reflectances) in rooms.into_iter().enumerate() {
         let (scene, reflected) = furnace(reflectances)?;
-        for seed in 0..4 {
+        for seed in 0..2 {
             let certificate = certify(&scene, &Request { width: 0.02, delta: 1e-3, seed, rays: 4_000_000 })?;
             let [mean, reflected_mean] = [certificate.mean[0], certificate.reflected[0]];
             assert!(

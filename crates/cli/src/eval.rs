@@ -19,7 +19,7 @@ const BUFFER: usize = 1 << 18;
 const LONGEST_LINE: usize = 16 << 20;
 
 /// Bytes without an end of the line after which the input is taken for none.
-const ENDLESS: usize = 1 << 30;
+const ENDLESS: u64 = 1 << 30;
 
 /// A line as it was read.
 enum Input {
@@ -104,25 +104,16 @@ fn ready_lines(reader: &mut BufReader<impl Read>) -> io::Result<Vec<Input>> {
 
 /// The next line, of which no more is kept than a line may have.
 fn next_line(reader: &mut impl BufRead) -> io::Result<Option<Input>> {
-    let (mut line, mut length) = (Vec::new(), 0_usize);
-    loop {
-        let buffer = match reader.fill_buf() {
-            Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
-            buffer => buffer?,
-        };
-        let end = buffer.iter().position(|&byte| byte == b'\n');
-        let taken = end.map_or(buffer.len(), |end| end + 1);
-        line.extend_from_slice(&buffer[..taken.min(LONGEST_LINE.saturating_sub(line.len()))]);
-        length += taken;
-        reader.consume(taken);
-        if length > ENDLESS {
-            return Err(io::Error::new(io::ErrorKind::InvalidData, "a line does not end within 1 GiB"));
-        }
-        if end.is_some() || taken == 0 {
-            let is_whole = length <= LONGEST_LINE;
-            return Ok((length > 0).then_some(if is_whole { Input::Text(line) } else { Input::TooLong(line) }));
-        }
+    let mut line = Vec::new();
+    let length = reader.by_ref().take(LONGEST_LINE as u64 + 1).read_until(b'\n', &mut line)?;
+    if length <= LONGEST_LINE {
+        return Ok((length > 0).then_some(Input::Text(line)));
     }
+    if !line.ends_with(b"\n") && reader.by_ref().take(ENDLESS).skip_until(b'\n')? as u64 == ENDLESS {
+        return Err(io::Error::new(io::ErrorKind::InvalidData, "a line does not end within 1 GiB"));
+    }
+    line.truncate(LONGEST_LINE);
+    Ok(Some(Input::TooLong(line)))
 }
 
 /// The reply to line `number`; none to a blank one. A fault of the program costs its own line only.

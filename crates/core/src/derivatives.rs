@@ -10,7 +10,9 @@
 //! # Where they are
 //! B has derivatives by vertices in front of the emitter except where an edge is seen along another edge that is not on its line in
 //! space, or an occluder meets the emitter's plane along an edge: the bounds there are no smaller than the difference of the two sides.
-//! They are infinite where an occluder meets the emitter's plane and one of the two is not flat to the last digit. Edges of several
+//! They are infinite where an occluder meets the emitter's plane and one of the two is not flat to the last digit, and for the vertices of an
+//! occluder that is seen exactly edge on before the emitter: turned either way, it hides some of it. The gradient there is the mean of those from
+//! both sides of the occluder's plane. Edges of several
 //! polygons that are exactly on one line, as in a mesh of occluders or where an occluder stands on the emitter's edge, are taken to stay so:
 //! the part that they bound counts for one of them, and the derivatives are those by motions that move them together.
 //!
@@ -28,6 +30,7 @@ use radgrad_numbers::vec3::Vec3;
 
 use crate::boundary::case::Case;
 use crate::boundary::plan::Plan;
+use crate::boundary::visibility::is_edge_on;
 use crate::derivatives::sums::Sums;
 use crate::error::Error;
 use crate::forms::edge_lanes::shares;
@@ -139,10 +142,16 @@ fn bounded(receiver: &Receiver, emitter: &Emitter, occluders: &[&Polygon], toler
     };
     plan.off_surface(receiver, emitter.polygon())?;
     let case = Case { receiver, emitter, occluders, plan: &plan };
-    Ok(match to_tolerance(&All, &case, tolerance)? {
+    let mut answer = match to_tolerance(&All, &case, tolerance)? {
         Some((known, method)) => Derivatives::new(&case, known, method),
         None => Derivatives::zero(receiver, emitter, occluders),
-    })
+    };
+    for (occluder, vertices) in occluders.iter().zip(&mut answer.occluders) {
+        if is_edge_on(receiver, emitter.polygon(), occluder, &plan) {
+            vertices.iter_mut().for_each(|vertex| vertex.error = f64::INFINITY);
+        }
+    }
+    Ok(answer)
 }
 
 /// The kinds of quantities: an error counts relative to the largest of its kind.

@@ -205,8 +205,13 @@ def test_derivatives_by_materials_are_differences():
             assert d.reflectance.shape == d.emission_estimate.shape == (6, 1)
             assert np.allclose(d.reflectance[face], (a.value - b.value) / 0.1, rtol=0.005, atol=0.002)
             assert np.allclose(d.emission[face], c.value - d.value, rtol=0.005, atol=0.002)
+    rough = rg.Scene(v, f, reflectance=rho, emission=lit, names=names).solve(error=0.5)
     with pytest.raises(ValueError, match="no surface is called 'wall'"):
-        rg.Scene(v, f, reflectance=rho, emission=lit, names=names).solve(error=0.5).derivative({"wall": 1.0})
+        rough.derivative({"wall": 1.0})
+    # Positions without normals, three arrays, one point with no axis, and none.
+    for wrong in (points[0][:1], (*points, points[0]), ([0.5, 0.5, 0.5], [0, 0, 1]), 3.0):
+        with pytest.raises(ValueError, match="points"):
+            rough.derivative([1.0], points=wrong)
 
 
 def test_derivatives_by_vertices_follow_motions_of_faces():

@@ -47,7 +47,7 @@ fn broken(family: Family, count: u64, effort: &Effort, change: impl Fn(&mut Answ
 fn honest_answers_break_nothing() {
     // Of rounded outlines some answers miss a tolerance: their vertices leave more open.
     for family in Family::ALL.into_iter().filter(|family| !family.is_rounded()) {
-        for name in names(family, 12_u64.div_ceil(family.dearness())) {
+        for name in names(family, 8_u64.div_ceil(family.dearness())) {
             let check = check(&name.case(), &Effort { loose: vec![1.0, 1e-6], digits: true, ..by_oracle() });
             assert!(!Mark::FAULTS.iter().any(|mark| check.has(*mark)), "{name}: {:?}", check.remarks);
         }

@@ -328,7 +328,7 @@ mod tests {
     fn every_case_with_light_has_a_condition() {
         for family in Family::ALL.into_iter().filter(|f| !f.is_refused()) {
             // Each number of a hundred vertices moves by itself.
-            for index in 0..if family == Family::HundredVertices { 1 } else { 40 } {
+            for index in 0..if family == Family::HundredVertices { 1 } else { 20 } {
                 let problem = family.case(3, index).problem().unwrap();
                 if evaluate(&problem.receiver, &problem.emitter, &[]).unwrap().radiosity == 0.0 {
                     continue;

@@ -147,9 +147,9 @@ impl LinearLamp {
         padded(receivers, goal, slots, |receivers, slots| {
             let lamp = (&self.outline, self.emission.brightness, &self.emission);
             if goal.asked.gradient {
-                in_library!(level, simd => lanes::<_, f64, _, true>(simd, receivers, lamp, goal, slots))
+                in_library!([as_avx512 as_avx2 as_sse2] level, simd => lanes::<_, f64, _, true>(simd, receivers, lamp, goal, slots))
             } else {
-                in_library!(level, simd => lanes::<_, f64, _, false>(simd, receivers, lamp, goal, slots))
+                in_library!([as_avx512 as_avx2 as_sse2] level, simd => lanes::<_, f64, _, false>(simd, receivers, lamp, goal, slots))
             }
         })
     }

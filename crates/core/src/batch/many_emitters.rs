@@ -146,9 +146,9 @@ impl<F: Lane> Group<F> {
         work.answered(range, goal, |start, slots| {
             let tile = (self, start, Uniformly);
             if goal.asked.gradient {
-                in_library!(level, simd => lanes::<_, F, _, true>(simd, tile, seen, goal, slots))
+                in_library!([as_avx512 as_avx2 as_sse2] level, simd => lanes::<_, F, _, true>(simd, tile, seen, goal, slots))
             } else {
-                in_library!(level, simd => lanes::<_, F, _, false>(simd, tile, seen, goal, slots))
+                in_library!([as_avx512 as_avx2 as_sse2] level, simd => lanes::<_, F, _, false>(simd, tile, seen, goal, slots))
             }
         })
     }

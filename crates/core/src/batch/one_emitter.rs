@@ -248,9 +248,9 @@ fn on_lanes<F: Lane>(
     padded(receivers, goal, slots, |receivers, slots| {
         let lamp = (outline, *brightness, Uniformly);
         if goal.asked.gradient {
-            in_library!(level, simd => lanes::<_, F, _, true>(simd, receivers, lamp, goal, slots))
+            in_library!([as_avx512 as_avx2 as_sse2] level, simd => lanes::<_, F, _, true>(simd, receivers, lamp, goal, slots))
         } else {
-            in_library!(level, simd => lanes::<_, F, _, false>(simd, receivers, lamp, goal, slots))
+            in_library!([as_avx512 as_avx2 as_sse2] level, simd => lanes::<_, F, _, false>(simd, receivers, lamp, goal, slots))
         }
     })
 }

@@ -122,6 +122,25 @@ pub(crate) fn in_between<'a>(receiver: &Receiver, emitter: &Polygon, occluders: 
     occluders.iter().filter(may_hide).copied().collect()
 }
 
+/// Whether the light may have a kink as a flat occluder turns: the receiver is exactly in its plane, which meets the emitter, and no circular cones tell
+/// the two apart. Edge on, the occluder hides nothing; turned either way, it does.
+pub(crate) fn is_edge_on(receiver: &Receiver, emitter: &Polygon, occluder: &Polygon, plan: &Plan) -> bool {
+    let x = receiver.position();
+    let sides_of = |polygon: &Polygon, plane: &Polygon| -> Few<Side> {
+        polygon.vertices().iter().map(|&vertex| side_of(vertex, plane, plan.power)).collect()
+    };
+    let one_side = |sides: &[Side], side: Side| sides.iter().all(|&other| other == side);
+    if occluder.half_slab() > 0.0 || side_of(x, occluder, plan.power) != Side::InPlane {
+        return false;
+    }
+    let lamp = sides_of(emitter, occluder);
+    let cones = [occluder, emitter].map(|polygon| CircularCone::of_points(x, polygon.vertices()));
+    !one_side(&lamp, Side::Front)
+        && !one_side(&lamp, Side::Back)
+        && sides_of(occluder, emitter).contains(&Side::Front)
+        && !CircularCone::are_apart(cones[0], cones[1])
+}
+
 /// The visible parts, and the uncertainty that the decisions left; `None` where surely nothing is visible.
 pub(crate) fn outlines<T: Real>(
     receiver: &Receiver,

@@ -283,3 +283,31 @@ fn what_does_not_emit_or_reflect_still_says_what_it_would_give() {
     let behind = problem.derivatives();
     assert!(behind.method == Method::Zero && behind.vertices.len() == 3 && behind.reflectance.value == 0.0);
 }
+
+#[test]
+fn an_occluder_seen_edge_on_has_no_derivative_and_the_bound_says_so() {
+    let lamp = [(-1.0, -1.0), (-1.0, 1.0), (1.0, 1.0), (1.0, -1.0)].map(|(x, y)| DVec3::new(x, y, 2.0)).to_vec();
+    let blade = |tilt: f64| {
+        vec![DVec3::new(-0.5, 0.0, 1.0), DVec3::new(0.5, 0.0, 1.0), DVec3::new(0.5, tilt, 1.5), DVec3::new(-0.5, tilt, 1.5)]
+    };
+    let problem = |tilt: f64, aside: f64| Problem {
+        position: DVec3::new(0.0, aside, 0.0),
+        normal: DVec3::Z,
+        reflectance: 1.0,
+        lamp: lamp.clone(),
+        emission: Emission::Constant(1.0),
+        screens: vec![blade(tilt)],
+    };
+    // The light falls whichever way the blade tilts.
+    let lost = [1e-6, -1e-6].map(|tilt| (problem(0.0, 0.0).radiosity() - problem(tilt, 0.0).radiosity()) / 1e-6);
+    assert!(lost[0] > 0.01 && (lost[0] - lost[1]).abs() < 1e-3 * lost[0], "{lost:?}");
+    let edge_on = problem(0.0, 0.0).derivatives();
+    assert!(edge_on.occluders[0].iter().all(|vertex| vertex.error == f64::INFINITY), "{edge_on:?}");
+    assert!(edge_on.vertices.iter().all(|vertex| vertex.error < 1e-12), "{edge_on:?}");
+    // Beside its plane the derivatives are there, and where its plane passes the lamp by.
+    let far = Problem { lamp: lamp.iter().map(|vertex| *vertex + DVec3::Y * 1.5).collect(), ..problem(0.0, 0.0) };
+    for other in [problem(0.0, 0.1), far] {
+        let answer = other.derivatives();
+        assert!(answer.occluders[0].iter().all(|vertex| vertex.error < 1e-9), "{answer:?}");
+    }
+}

@@ -50,7 +50,7 @@ macro_rules! in_library {
         }
     }};
     ($level:expr, $simd:ident => $call:expr) => {
-        $crate::lanes::instruction_set::in_library!([as_avx512 as_avx2 as_sse2] $level, $simd => $call)
+        $crate::lanes::instruction_set::in_library!([as_avx2 as_sse2] $level, $simd => $call)
     };
 }
 

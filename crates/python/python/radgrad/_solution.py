@@ -444,9 +444,12 @@ class Solution:
                 weights = np.array([given.get(name, np.zeros(channels)) for name in names])
             places = None
         else:
-            (count, *more), *rows = _pairs(*points)
-            if more:
-                raise ValueError(f"points has shape {(count, *more, 3)}: expected (n, 3)")
+            if not hasattr(points, "__len__") or len(points) != 2:
+                raise ValueError("points: expected positions and normals, each (n, 3): points=(positions, normals)")
+            shape, *rows = _pairs(*points)
+            if len(shape) != 1:
+                raise ValueError(f"points has shape {(*shape, 3)}: expected (n, 3)")
+            count = shape[0]
             what, places = "point", (rows[0], rows[1])
         table = _numbers(weights, "weights")
         if table.shape == (count,):

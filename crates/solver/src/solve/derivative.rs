@@ -387,29 +387,24 @@ mod tests {
             let solution = solve(&scene, &Options { error, ..Options::default() }, |_| true).unwrap();
             sums().map(|sum| solution.derivative(&scene, &sum).unwrap())
         };
-        for (emission, error) in [(lit, 2e-4), (glowing, 1e-3)] {
+        for (emission, error, face) in [(lit, 2e-4, 1), (glowing, 1e-3, 6)] {
             let derivatives = solved(&rho, &emission, error);
             let changed = |values: &[f64; 8], face: usize, step: f64| {
                 let mut values = *values;
                 values[face] += step;
                 values
             };
-            for face in [1, 6] {
-                let steps = [0.05, -0.05].map(|step| solved(&changed(&rho, face, step), &emission, error));
-                let brighter = solved(&rho, &changed(&emission, face, 5.0), error);
-                for (index, derivative) in derivatives.iter().enumerate() {
-                    let value = derivative.value[0];
-                    let differences = [
-                        (derivative.reflectance[face][0], (steps[0][index].value[0] - steps[1][index].value[0]) / 0.1),
-                        (derivative.emission[face][0], (brighter[index].value[0] - value) / (5.0 * std::f64::consts::PI)),
-                    ];
-                    println!("{face} {index} {value:.4} {differences:.5?} {:.1e}", derivative.relative_estimate[0]);
-                    for (by, difference) in differences {
-                        assert!(
-                            (by - difference).abs() <= 0.002 * difference.abs() + 2e-3 * value.abs(),
-                            "{face} {by} {difference}"
-                        );
-                    }
+            let steps = [0.05, -0.05].map(|step| solved(&changed(&rho, face, step), &emission, error));
+            let brighter = solved(&rho, &changed(&emission, face, 5.0), error);
+            for (index, derivative) in derivatives.iter().enumerate() {
+                let value = derivative.value[0];
+                let differences = [
+                    (derivative.reflectance[face][0], (steps[0][index].value[0] - steps[1][index].value[0]) / 0.1),
+                    (derivative.emission[face][0], (brighter[index].value[0] - value) / (5.0 * std::f64::consts::PI)),
+                ];
+                println!("{face} {index} {value:.4} {differences:.5?} {:.1e}", derivative.relative_estimate[0]);
+                for (by, difference) in differences {
+                    assert!((by - difference).abs() <= 0.002 * difference.abs() + 2e-3 * value.abs(), "{face} {by} {difference}");
                 }
             }
             for derivative in derivatives {

@@ -18,7 +18,7 @@ fn places(mesh: &Mesh) -> Vec<Place> {
     let total: f64 = mesh.roots().iter().map(|&root| mesh.elements()[root].area()).sum();
     let mut places = Vec::new();
     for element in mesh.roots().iter().map(|&root| &mesh.elements()[root]) {
-        let count = (800.0 * element.area() / total).ceil();
+        let count = (500.0 * element.area() / total).ceil();
         let mut k = 0.5;
         while k < count {
             let [a, b] = [0.754_877_666_246_692_7 * k, 0.569_840_290_998_053_2 * k].map(f64::fract);

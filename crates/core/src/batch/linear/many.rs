@@ -71,9 +71,9 @@ impl LinearGroup {
         work.answered(range, goal, |start, slots| {
             let tile = (outlines, start, emissions);
             if goal.asked.gradient {
-                in_library!(level, simd => lanes::<_, f64, _, true>(simd, tile, seen, goal, slots))
+                in_library!([as_avx512 as_avx2 as_sse2] level, simd => lanes::<_, f64, _, true>(simd, tile, seen, goal, slots))
             } else {
-                in_library!(level, simd => lanes::<_, f64, _, false>(simd, tile, seen, goal, slots))
+                in_library!([as_avx512 as_avx2 as_sse2] level, simd => lanes::<_, f64, _, false>(simd, tile, seen, goal, slots))
             }
         })
     }
