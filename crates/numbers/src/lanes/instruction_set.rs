@@ -34,9 +34,9 @@ macro_rules! on_instruction_set {
     };
 }
 
-/// As [`on_instruction_set`], for functions that a crate's users call. The unit tests of that crate have it for one set only, as
-/// any gives the same digits, and are not compiled for each: the sets themselves are compared where [`on_instruction_set`] is
-/// called, and by tests of the library.
+/// As [`on_instruction_set`], for functions that a crate's users call; compiled for those named, else for AVX2 and what every machine has: on four
+/// lanes AVX-512 is no faster. The unit tests of that crate have it for one set only, as any gives the same digits: the sets themselves
+/// are compared where [`on_instruction_set`] is called, and by tests of the library.
 #[macro_export]
 macro_rules! in_library {
     ([$($set:ident)*] $level:expr, $simd:ident => $call:expr) => {{

@@ -29,8 +29,6 @@
 //! t are counted, and with a unit of at least that error it errs by 3 units here. So near a vertex the unit is larger than U
 //! ([`OF_HEIGHT`]); the signs of heights are sure there.
 //!
-//! They are compiled for AVX2 and SSE2 alone: few calls come here, and on four lanes AVX-512 has little to add.
-//!
 //! A linear emission is that of [`crate::forms::edge_lanes::linear`], and [`crate::forms::linear_bound`] derives its bound likewise:
 //! logarithm and Clausen's function err by V where 3u and 6u are counted, gB and n2 by V at most where it is to hold. The errors of
 //! height and emission that the input leaves are the same in any unit, so that bound is found anew with U for u.
@@ -82,7 +80,7 @@ pub(crate) fn constant(
     polygon: &Polygon,
     plan: &Plan,
 ) -> Option<(IrradianceAndGradient<DoubleDouble>, f64)> {
-    in_library!([as_avx2 as_sse2] *INSTRUCTION_SET, simd => constant_on(simd, receiver, polygon, plan))
+    in_library!(*INSTRUCTION_SET, simd => constant_on(simd, receiver, polygon, plan))
 }
 
 #[inline(always)]
@@ -136,7 +134,7 @@ pub(crate) fn linear(
     plan: &Plan,
 ) -> Option<(IrradianceAndGradient<Ball<DoubleDouble>>, f64)> {
     let case = SeenLinear::new(receiver, emitter, plan.power);
-    in_library!([as_avx2 as_sse2] *INSTRUCTION_SET, simd => linear_on(simd, receiver, emitter.polygon(), case, plan))
+    in_library!(*INSTRUCTION_SET, simd => linear_on(simd, receiver, emitter.polygon(), case, plan))
 }
 
 #[inline(always)]
