@@ -55,7 +55,7 @@ const TOWERS: &[Tower] = &[
             &["lib"],
         ],
         upward: &[],
-        most_upward: 6,
+        most_upward: 0,
     },
     Tower {
         sources: "../crates/solver/src",
@@ -75,7 +75,7 @@ const TOWERS: &[Tower] = &[
             ("links/cluster/far", "field", "the light of distant clusters depends on what they radiate"),
             ("links/cluster/cut", "field", "the cluster that is off most by the present field is opened first"),
         ],
-        most_upward: 10,
+        most_upward: 3,
     },
 ];
 
