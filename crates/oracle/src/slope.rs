@@ -115,7 +115,7 @@ mod tests {
         let smooth = past_a_screen(|parameter| parameter);
         // The screen rests within 1e-9 of the place, and lags by so much beyond.
         let slope = past_a_screen(|parameter| if parameter.abs() < 1e-9 { 0.0 } else { parameter - 1e-9 * parameter.signum() });
-        let off = (slope.value - smooth.value).abs();
-        assert!(off > 1e-8 && slope.error > 0.9 * off, "{off:e} off, {slope:?}");
+        let change = (slope.value - smooth.value).abs();
+        assert!(change > 1e-8 && slope.error > 0.9 * change, "{change:e}, {slope:?}");
     }
 }
