@@ -23,6 +23,16 @@ pub use textures::{gathers, textures};
 
 type Wrong = Result<Vec<String>, String>;
 
+/// Findings on a case, or why it has none, each after the case's name and number.
+fn named(name: &str, index: u64, outcome: Wrong) -> impl Iterator<Item = String> {
+    outcome.unwrap_or_else(|why| vec![why]).into_iter().map(move |finding| format!("{name} {index}: {finding}"))
+}
+
+/// Findings on so many cases, each by itself.
+fn named_findings(name: &str, cases: u64, outcome: impl Fn(u64) -> Wrong) -> Vec<String> {
+    (0..cases).flat_map(|index| named(name, index, outcome(index))).collect()
+}
+
 /// Whether a number is not within a bound; if either is none, neither is known to be.
 fn exceeds(value: f64, bound: f64) -> bool {
     value > bound || value.is_nan() || bound.is_nan()

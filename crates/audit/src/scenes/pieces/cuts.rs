@@ -8,7 +8,7 @@ use radgrad_core::Polygon;
 use radgrad_scene::{largest, smallest};
 use radgrad_solver::{Element, Mesh, parts};
 
-use super::{Wrong, exceeds, is_hidden, scene_of, turned};
+use super::{Wrong, exceeds, is_hidden, named, named_findings, scene_of, turned};
 use crate::cases::sampler::Sampler;
 
 /// The part of a size within which points are on a line.
@@ -26,10 +26,7 @@ struct Counts {
 pub fn shadow_lines(cases: u64) -> Vec<String> {
     let (mut findings, mut counts) = (Vec::new(), Counts::default());
     for index in 0..cases {
-        match lines_of(index, &mut counts) {
-            Ok(wrong) => findings.extend(wrong.into_iter().map(|what| format!("shadow lines {index}: {what}"))),
-            Err(why) => findings.push(format!("shadow lines {index}: {why}")),
-        }
+        findings.extend(named("shadow lines", index, lines_of(index, &mut counts)));
     }
     let Counts { changes, missed } = counts;
     // A change that is seen on less than a twelfth of a line may be missed.
@@ -186,11 +183,7 @@ fn seen_change(mesh: &Mesh, feature: DVec3, target: DVec3) -> Option<DVec3> {
 /// Findings on parts of triangles and parallelograms, in so many cases.
 #[must_use]
 pub fn partitions(cases: u64) -> Vec<String> {
-    let findings_of = |index: u64| match partition_of(index) {
-        Ok(wrong) => wrong.into_iter().map(|what| format!("partition {index}: {what}")).collect(),
-        Err(why) => vec![format!("partition {index}: {why}")],
-    };
-    (0..cases).flat_map(findings_of).collect()
+    named_findings("partition", cases, partition_of)
 }
 
 /// Area of a triangle or a parallelogram, and its longest side or diagonal over the height on that.

@@ -7,7 +7,7 @@ use radgrad_core::{Emission, Emitter, Polygon, Receiver, Tolerance, evaluate_val
 use radgrad_scene::{Scene, largest, smallest};
 use radgrad_solver::{Element, Mesh, parts};
 
-use super::{FINE, Wrong, exceeds, is_hidden, scene_of, turned, within};
+use super::{FINE, Wrong, exceeds, is_hidden, named, scene_of, turned, within};
 use crate::cases::sampler::Sampler;
 
 /// A body that is convex: an octahedron cut four times finer twice, its corners on an ellipsoid, seen from inside. Every face sees every other.
@@ -66,10 +66,7 @@ pub fn views(cases: u64) -> Vec<String> {
     let mut findings = Vec::new();
     let mut sum = [0.0; 2];
     for index in 0..cases {
-        match views_of(index, &mut sum) {
-            Ok(wrong) => findings.extend(wrong.into_iter().map(|what| format!("view {index}: {what}"))),
-            Err(why) => findings.push(format!("view {index}: {why}")),
-        }
+        findings.extend(named("view", index, views_of(index, &mut sum)));
     }
     let [squares, count] = sum;
     if !(0.05..=1.2).contains(&(squares / count)) {
@@ -264,10 +261,7 @@ struct Partly {
 pub fn sights(cases: u64) -> Vec<String> {
     let (mut findings, mut partly) = (Vec::new(), Partly::default());
     for index in 0..cases {
-        match sights_of(index, &mut partly) {
-            Ok(wrong) => findings.extend(wrong.into_iter().map(|what| format!("sight {index}: {what}"))),
-            Err(why) => findings.push(format!("sight {index}: {why}")),
-        }
+        findings.extend(named("sight", index, sights_of(index, &mut partly)));
     }
     let Partly { said, sampled } = partly;
     // Where outlines are near a beam some are said to cut it that do not: two elements in three that are named are cut.

@@ -7,17 +7,13 @@ use radgrad_core::{Polygon, Receiver};
 use radgrad_scene::{Quantity, Scene, Texture, largest, smallest};
 use radgrad_solver::{Mesh, parts};
 
-use super::{Wrong, exceeds, kernel_at, over};
+use super::{Wrong, exceeds, kernel_at, named_findings, over};
 use crate::cases::sampler::Sampler;
 
 /// Findings on textures on elements, in so many cases.
 #[must_use]
 pub fn textures(cases: u64) -> Vec<String> {
-    let of = |index: u64| match textures_of(index) {
-        Ok(wrong) => wrong.into_iter().map(|what| format!("texture {index}: {what}")).collect(),
-        Err(why) => vec![format!("texture {index}: {why}")],
-    };
-    (0..cases).flat_map(of).collect()
+    named_findings("texture", cases, textures_of)
 }
 
 fn textures_of(index: u64) -> Wrong {
@@ -134,11 +130,7 @@ fn textures_of(index: u64) -> Wrong {
 /// Findings on gathers of textured elements by points, in so many cases.
 #[must_use]
 pub fn gathers(cases: u64) -> Vec<String> {
-    let findings_of = |index: u64| match gathers_of(index) {
-        Ok(wrong) => wrong.into_iter().map(|what| format!("gather {index}: {what}")).collect(),
-        Err(why) => vec![format!("gather {index}: {why}")],
-    };
-    (0..cases).flat_map(findings_of).collect()
+    named_findings("gather", cases, gathers_of)
 }
 
 /// A parallelogram of six texels that a point looks at: in the clear, past a screen that hides a quarter of it, or as near as can be.
