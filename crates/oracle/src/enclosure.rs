@@ -32,6 +32,7 @@ mod surface;
 pub(crate) mod triangulation;
 mod view;
 
+use glam::DVec3;
 use radgrad_core::{Emitter, Polygon, Receiver};
 
 use crate::Error;
@@ -44,7 +45,7 @@ use crate::enclosure::interval::{Interval, power_of_ten};
 use crate::enclosure::limbs::Limbs;
 use crate::enclosure::pass::{Pass, Prepared, Tolerances};
 use crate::enclosure::source::Source;
-use crate::enclosure::surface::Frame;
+use crate::enclosure::surface::{Body, Frame, displaced};
 use crate::enclosure::view::View;
 use crate::error::Reached;
 
@@ -105,6 +106,17 @@ impl Request {
     pub const fn digits(digits: u32) -> Self {
         Self { digits, arithmetic: None, budget: 50_000_000 }
     }
+}
+
+/// A motion of a case: rates of change by a parameter. Vertices without a rate stay where they are.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Motion {
+    /// Of the emitter's vertices.
+    pub vertices: Vec<DVec3>,
+    /// Of each occluder's vertices.
+    pub occluders: Vec<Vec<DVec3>>,
+    /// Of the receiver's normal as given, of any length.
+    pub normal: DVec3,
 }
 
 /// Encloses radiosity and gradient at `receiver` due to the whole of `emitter`.
@@ -171,6 +183,22 @@ pub fn enclose_source_occluded(
     occluders: &[Polygon],
     request: &Request,
 ) -> Result<Enclosure, Error> {
+    enclose_moved(receiver, source, occluders, &Motion::default(), 0.0, request)
+}
+
+/// The same after a motion by that much of its parameter: no coordinate is rounded on the way, however short it is. A polygon keeps the
+/// triangles that it has before.
+///
+/// # Errors
+/// As [`enclose_source`].
+pub fn enclose_moved(
+    receiver: &Receiver,
+    source: &Source<'_>,
+    occluders: &[Polygon],
+    motion: &Motion,
+    parameter: f64,
+    request: &Request,
+) -> Result<Enclosure, Error> {
     let digits = request.digits;
     let within = |arithmetic, least, most| {
         if (least..=most).contains(&digits) { Ok(()) } else { Err(Error::Digits { digits, arithmetic, least, most }) }
@@ -179,7 +207,7 @@ pub fn enclose_source_occluded(
         Some(Arithmetic::DoubleDouble) => within("double-double", 15, 24)?,
         _ => within("arbitrary-precision", 15, 200)?,
     }
-    let problem = Problem::new(receiver, source, occluders, request);
+    let problem = Problem::new(receiver, source, occluders, motion, parameter, request);
     match request.arithmetic {
         Some(Arithmetic::DoubleDouble) => problem.solve::<DoubleDouble>(DOUBLE_DOUBLE_BITS, Arithmetic::DoubleDouble),
         Some(Arithmetic::Astro) => problem.solve_in_bits(|bits| problem.solve::<Astro>(bits, Arithmetic::Astro)),
@@ -208,9 +236,20 @@ struct Problem<'a> {
 }
 
 impl<'a> Problem<'a> {
-    fn new(receiver: &Receiver, source: &'a Source<'a>, occluders: &[Polygon], request: &'a Request) -> Self {
-        let frame = Frame::new(receiver, source.polygon());
-        let view = if occluders.is_empty() { View::free(&frame) } else { View::past(&frame, occluders) };
+    fn new(
+        receiver: &Receiver,
+        source: &'a Source<'a>,
+        occluders: &[Polygon],
+        motion: &Motion,
+        parameter: f64,
+        request: &'a Request,
+    ) -> Self {
+        let normal = displaced(receiver.given_normal(), motion.normal, parameter);
+        let emitter = Body::new(source.polygon(), &motion.vertices, parameter);
+        let frame = Frame::new(receiver.position(), &normal, &emitter);
+        let rates = motion.occluders.iter().map(Vec::as_slice).chain(std::iter::repeat(&[][..]));
+        let occluders: Vec<Body<'_>> = occluders.iter().zip(rates).map(|(o, rates)| Body::new(o, rates, parameter)).collect();
+        let view = if occluders.is_empty() { View::free(&frame) } else { View::past(&frame, &occluders) };
         let dark = view.pieces.is_empty() || receiver.reflectance() == 0.0;
         let exponent = if dark { None } else { source.exponent(frame.scale) };
         Self { source, request, reflectance: receiver.reflectance(), frame, view, exponent }

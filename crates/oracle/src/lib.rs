@@ -11,7 +11,7 @@
 //! to the requested digits, on pieces whose boundary is decided by exact signs, so that its answer is an enclosure, not an
 //! estimate. The other two may not contradict it.
 //!
-//! [`slope_along`] differentiates enclosures along any path of the case.
+//! [`enclose_moved`] moves the case first, without rounding, and [`slope_along`] differentiates enclosures along such a path.
 //!
 //! [`scene`] is the same for whole scenes, with all reflections: random walks with limits that hold whatever the distribution.
 //!
@@ -33,7 +33,9 @@ pub use emission_function::{EmissionBounds, EmissionFunction};
 pub use enclosure::arithmetic::Arithmetic;
 pub use enclosure::interval::Interval;
 pub use enclosure::source::{Polynomial, Source};
-pub use enclosure::{Enclosure, Request, enclose, enclose_occluded, enclose_source, enclose_source_occluded};
+pub use enclosure::{
+    Enclosure, Motion, Request, enclose, enclose_moved, enclose_occluded, enclose_source, enclose_source_occluded,
+};
 pub use error::{Error, Reached};
 pub use slope::{Slope, slope_along};
 pub use source_function::SourceFunction;

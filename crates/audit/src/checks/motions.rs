@@ -7,10 +7,8 @@
 use std::collections::BTreeMap;
 
 use glam::{DMat3, DVec3};
-use radgrad_core::{
-    Derivative, Derivatives, Emission, Emitter, Error, Linear, Polygon, Polynomial, Receiver, derivatives, evaluate_to,
-};
-use radgrad_oracle::{Slope, slope_along};
+use radgrad_core::{Derivative, Derivatives, Emission, Emitter, Error, Linear, Polygon, Polynomial, derivatives, evaluate_to};
+use radgrad_oracle::{Motion, Request, Slope, Source, enclose_moved, enclose_occluded, slope_along};
 use radgrad_scene::case::Problem;
 use radgrad_scene::{largest, smallest};
 use rayon::prelude::*;
@@ -20,20 +18,16 @@ use crate::cases::sampler::Sampler;
 use crate::measures::measure::is_worse;
 use crate::measures::run::Run;
 
-/// Digits of the oracle's enclosures: over [`STEP`] they are 1e-15 of the radiosity, less than the differences of sixth order leave.
-const DIGITS: u32 = 18;
-
-/// The step over the least of the lengths that a path must not make 0.
-const STEP: f64 = 1.0 / 1024.0;
+/// Steps over the least of the lengths that a path must not make 0, and digits of the oracle's enclosures, which over a step are less than the
+/// differences of sixth order leave. The short step is asked where the long one contradicts the derivatives: something narrower
+/// than it may be beside the place.
+const STEPS: [(f64, u32); 2] = [(1.0 / 1024.0, 18), (1.0 / (1u64 << 40) as f64, 32)];
 
 /// Largest estimate of the slope's error, over the sizes of the derivatives that make it: beyond it the path is not smooth.
 const SMOOTH: f64 = 1e-8;
 
 /// The largest allowed error of a slope over the estimate of its error.
 const ROOM: f64 = 16.0;
-
-/// Bound on the change that the rounding of a parameter of 1 on the path makes in the slope by it: differences of six of them, over the steps.
-const ROUNDING: f64 = 6.0 / ((1u64 << 53) as f64 * STEP);
 
 /// The largest allowed error of an identity, over the sizes of its terms, where the tolerance is no more.
 const IDENTITY: f64 = 1e-12;
@@ -62,23 +56,29 @@ pub fn compare(problem: &Problem, tolerance: f64, path: Option<u64>) -> Compared
     let mut findings = identities(problem, &answer, tolerance);
     let Some(path) = path else { return Compared { findings, share: None } };
     let rates = Rates::random(problem, path);
-    let share = rates.slope(problem).and_then(|slope| {
-        let Terms { value: expected, error: bound, size, rounding } = rates.sum(problem, &answer);
-        if !(slope.error <= SMOOTH * size && bound.is_finite()) {
-            return None;
-        }
+    let Terms { value: expected, error: bound, size } = rates.sum(problem, &answer);
+    let mut share = None;
+    let mut finding = None;
+    for (step, digits) in STEPS {
+        // The path is not smooth over such steps.
+        let smooth = |slope: &Slope| slope.error <= SMOOTH * size && bound.is_finite();
+        let Some(slope) = rates.slope(problem, step, digits).filter(smooth) else { break };
         let error = (slope.value - expected).abs();
-        let allowed = bound + ROOM * slope.error + rounding + 1e-13 * size;
-        if is_worse(error, allowed) {
-            findings.push(format!(
-                "derivatives to {tolerance:e} give a slope of {expected:e} along path {path}, the oracle {:e}: off by {error:e}, \
-                 the bounds allow {allowed:e}",
-                slope.value
-            ));
-        }
+        let allowed = bound + ROOM * slope.error + 1e-13 * size;
         // In the dark nothing is off.
-        Some(if error > 0.0 { error / allowed } else { 0.0 })
-    });
+        share = Some(if error > 0.0 { error / allowed } else { 0.0 });
+        finding = is_worse(error, allowed).then(|| {
+            format!(
+                "derivatives to {tolerance:e} give a slope of {expected:e} along path {path}, the oracle {:e} by steps of {step:e}: \
+                 off by {error:e}, the bounds allow {allowed:e}",
+                slope.value
+            )
+        });
+        if finding.is_none() {
+            break;
+        }
+    }
+    findings.extend(finding);
     Compared { findings, share }
 }
 
@@ -137,12 +137,9 @@ impl Campaign {
 
 /// Rates of change of everything along a path.
 struct Rates {
-    vertices: Vec<DVec3>,
-    occluders: Vec<Vec<DVec3>>,
+    motion: Motion,
     emission: Vec<f64>,
-    normal: DVec3,
     reflectance: f64,
-    step: f64,
 }
 
 impl Rates {
@@ -185,76 +182,67 @@ impl Rates {
         };
         let normal = random.cube() * length(receiver.given_normal());
         let reflectance = if receiver.reflectance() < 0.99 { receiver.reflectance() * random.between(-1.0, 1.0) } else { 0.0 };
-        Self { vertices, occluders, emission, normal, reflectance, step: STEP }
+        Self { motion: Motion { vertices, occluders, normal }, emission, reflectance }
     }
 
-    /// The case at a parameter.
-    fn at(&self, problem: &Problem, parameter: f64) -> Result<(Receiver, Emitter, Vec<Polygon>), Error> {
+    /// The oracle's slope: of the motion by differences, of what the radiosity is linear in by itself.
+    fn slope(&self, problem: &Problem, step: f64, digits: u32) -> Option<Slope> {
         let Problem { receiver, emitter, occluders, .. } = problem;
-        let moved = |polygon: &Polygon, rates: &[DVec3]| {
-            let vertices = polygon.vertices().iter().zip(rates).map(|(vertex, rate)| *vertex + *rate * parameter);
-            Polygon::new(vertices.collect())
+        let moved = |parameter: f64| {
+            let request = Request::digits(digits);
+            Ok(enclose_moved(receiver, &Source::Emitter(emitter), occluders, &self.motion, parameter, &request)?.radiosity)
         };
-        let mut rates = self.emission.iter().map(|rate| rate * parameter);
-        let mut change = |value: f64| value + rates.next().unwrap_or(0.0);
-        let emission = match emitter.emission() {
-            Emission::Constant(value) => Emission::Constant(change(*value)),
-            Emission::Linear(Linear::AtVertices(values)) => Emission::at_vertices(values.iter().map(|v| change(*v)).collect()),
-            Emission::Linear(Linear::Gradient { value, gradient }) => {
-                Emission::gradient(change(*value), gradient.to_array().map(change).into())
-            }
-            Emission::Polynomial(polynomial) => {
-                let terms = polynomial.terms().iter().map(|term| (change(term.coefficient), term.powers));
-                Emission::Polynomial(Polynomial::new(polynomial.origin(), terms)?)
-            }
-        };
-        let normal = receiver.given_normal() + self.normal * parameter;
-        let reflectance = receiver.reflectance() + self.reflectance * parameter;
-        let screens = occluders.iter().zip(&self.occluders).map(|(occluder, rates)| moved(occluder, rates));
-        Ok((
-            Receiver::new(receiver.position(), normal, reflectance)?,
-            Emitter::new(moved(emitter.polygon(), &self.vertices)?, emission)?,
-            screens.collect::<Result<_, _>>()?,
-        ))
+        let by_motion = slope_along(moved, step).ok()?;
+        let brightening = Emitter::new(emitter.polygon().clone(), self.brightening(emitter)?).ok()?;
+        let by_emission = enclose_occluded(receiver, &brightening, occluders, 18).ok()?.radiosity;
+        let radiosity = moved(0.0).ok()?;
+        let by_reflectance = if self.reflectance == 0.0 { 0.0 } else { self.reflectance / receiver.reflectance() };
+        let value = by_motion.value + by_emission.to_f64() + radiosity.to_f64() * by_reflectance;
+        let error = by_motion.error + by_emission.radius() + radiosity.radius() * by_reflectance.abs();
+        Some(Slope { value, error })
     }
 
-    fn slope(&self, problem: &Problem) -> Option<Slope> {
-        slope_along(|parameter| self.at(problem, parameter), self.step, DIGITS).ok()
+    /// The rates of the emission as an emission.
+    fn brightening(&self, emitter: &Emitter) -> Option<Emission> {
+        let rates = self.emission.clone();
+        Some(match (emitter.emission(), rates.as_slice()) {
+            (Emission::Constant(_), [value]) => Emission::Constant(*value),
+            (Emission::Linear(Linear::Gradient { .. }), [value, gradient @ ..]) => {
+                Emission::gradient(*value, DVec3::from_slice(gradient))
+            }
+            (Emission::Polynomial(polynomial), _) => {
+                let terms = polynomial.terms().iter().zip(rates).map(|(term, rate)| (rate, term.powers));
+                Emission::Polynomial(Polynomial::new(polynomial.origin(), terms).ok()?)
+            }
+            _ => Emission::at_vertices(rates),
+        })
     }
 
     /// The sum of all derivatives times their rates.
     fn sum(&self, problem: &Problem, found: &Derivatives) -> Terms {
         let mut sum = Terms::default();
-        let Problem { receiver, emitter, occluders, .. } = problem;
-        let places = emitter.polygon().vertices().iter().chain(occluders.iter().flat_map(|occluder| occluder.vertices()));
-        for (derivative, place) in found.vertices.iter().chain(found.occluders.iter().flatten()).zip(places) {
-            sum.rounding += ROUNDING * length(derivative.value) * length(*place);
-        }
-        let by_emission = found.emission.iter().zip(parameters(emitter)).map(|(derivative, b)| (derivative.value * b).abs());
-        // A subnormal normal is rounded to multiples of the least number.
-        let coarse = (2.0 * f64::MIN_POSITIVE / length(receiver.given_normal())).max(1.0);
-        sum.rounding += ROUNDING * (by_emission.sum::<f64>() + coarse * length(found.normal.value));
+        let Problem { receiver, .. } = problem;
+        let Motion { vertices, occluders, normal } = &self.motion;
         let derivatives = found.vertices.iter().chain(found.occluders.iter().flatten());
-        for (derivative, rate) in derivatives.zip(self.vertices.iter().chain(self.occluders.iter().flatten())) {
+        for (derivative, rate) in derivatives.zip(vertices.iter().chain(occluders.iter().flatten())) {
             sum.add_vector(derivative, *rate);
         }
         for (derivative, rate) in found.emission.iter().zip(&self.emission) {
             sum.add(derivative.value * rate, derivative.error * rate.abs());
         }
-        let across = self.normal.reject_from_normalized(receiver.normal()) / length(receiver.given_normal());
+        let across = normal.reject_from_normalized(receiver.normal()) / length(receiver.given_normal());
         sum.add_vector(&found.normal, across);
         sum.add(found.reflectance.value * self.reflectance, found.reflectance.error * self.reflectance.abs());
         sum
     }
 }
 
-/// A sum, the bound on its error, the sizes of its terms, and the change by the rounding of a path's parameters.
+/// A sum, the bound on its error, and the sizes of its terms.
 #[derive(Default)]
 struct Terms {
     value: f64,
     error: f64,
     size: f64,
-    rounding: f64,
 }
 
 impl Terms {

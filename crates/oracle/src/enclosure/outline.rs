@@ -177,14 +177,16 @@ fn crossing(frame: &Frame, [i, j]: [usize; 2]) -> (Point, f64) {
 mod tests {
     use super::*;
     use crate::enclosure::double_double::DoubleDouble;
+    use crate::enclosure::surface::{Body, displaced};
     use glam::DVec3;
-    use radgrad_core::{Polygon, Receiver};
+    use radgrad_core::Polygon;
 
     #[test]
     fn a_way_between_points_next_to_each_other_keeps_its_digits() {
         let triangle =
             Polygon::new([(-1.0, -1.0), (-1.0, 2.0), (2.0, -1.0)].map(|(x, y)| DVec3::new(x, y, 1.0)).to_vec()).unwrap();
-        let frame = Frame::new(&Receiver::new(DVec3::ZERO, DVec3::new(0.3, 0.1, 0.2), 1.0).unwrap(), &triangle);
+        let frame =
+            Frame::new(DVec3::ZERO, &displaced(DVec3::new(0.3, 0.1, 0.2), DVec3::ZERO, 0.0), &Body::new(&triangle, &[], 0.0));
         let (cut, _) = crossing(&frame, [0, 2]);
         assert!(cut.is_level());
         let vertex = Point::exact(frame.vertices[0].clone(), frame.heights[0].clone());

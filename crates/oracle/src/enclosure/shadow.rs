@@ -5,11 +5,9 @@
 //! `(H M + K N).w > 0`, a plane through the receiver and the line in which the two planes meet. Opaque from both sides; an
 //! occluder in the plane of the receiver or of the triangle hides nothing, as only the open segment between the two counts.
 
-use radgrad_core::Polygon;
-
 use crate::enclosure::cone::{Cone, Corner, Direction, Planes};
 use crate::enclosure::exact::{Exact, ExactVector, cross, difference, dot};
-use crate::enclosure::surface::{Frame, Triangle};
+use crate::enclosure::surface::{Body, Frame, Triangle};
 use crate::enclosure::triangulation::triangles;
 
 /// A convex polygon of an occluder in the receiver's coordinates.
@@ -38,9 +36,9 @@ pub(crate) enum Generator {
 
 /// The convex polygons of an occluder: itself where it is exactly planar and convex, otherwise the triangles that ear clipping
 /// gives. Those in a plane with the receiver are left out.
-pub(crate) fn occluders(frame: &Frame, polygon: &Polygon, planes: &mut Planes, generators: &mut Vec<Generator>) -> Vec<Occluder> {
-    let vertices: Vec<ExactVector> = polygon.vertices().iter().map(|v| frame.relative(*v)).collect();
-    let parts = triangles(polygon);
+pub(crate) fn occluders(frame: &Frame, body: &Body<'_>, planes: &mut Planes, generators: &mut Vec<Generator>) -> Vec<Occluder> {
+    let vertices: Vec<ExactVector> = body.vertices.iter().map(|vertex| frame.relative(vertex)).collect();
+    let parts = triangles(body.polygon);
     let whole: Vec<usize> = (0..vertices.len()).collect();
     let is_whole = parts.first().is_some_and(|first| is_flat_and_convex(&vertices, *first));
     let parts: Vec<Vec<usize>> = if is_whole { vec![whole] } else { parts.iter().map(|t| t.to_vec()).collect() };

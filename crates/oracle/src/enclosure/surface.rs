@@ -7,7 +7,7 @@
 //! the apex or such a start lies matters for the cost, never for the truth.
 
 use glam::DVec3;
-use radgrad_core::{Polygon, Receiver};
+use radgrad_core::Polygon;
 
 use crate::enclosure::arithmetic::Real;
 use crate::enclosure::ball::{Ball, BallVector, vector};
@@ -25,6 +25,28 @@ pub(crate) struct Triangle {
     pub(crate) normal: ExactVector,
     /// `H = -N.r`, the height of the receiver over its plane times `|N|`.
     pub(crate) height: Exact,
+}
+
+/// A polygon with its vertices exact, wherever they have been moved.
+pub(crate) struct Body<'a> {
+    /// The polygon as given, which is triangulated.
+    pub(crate) polygon: &'a Polygon,
+    /// In the coordinates of the world.
+    pub(crate) vertices: Vec<ExactVector>,
+}
+
+impl<'a> Body<'a> {
+    /// Each vertex displaced by `parameter` times its rate, those without a rate not at all.
+    pub(crate) fn new(polygon: &'a Polygon, rates: &[DVec3], parameter: f64) -> Self {
+        let rates = rates.iter().copied().chain(std::iter::repeat(DVec3::ZERO));
+        let vertices = polygon.vertices().iter().zip(rates).map(|(vertex, rate)| displaced(*vertex, rate, parameter)).collect();
+        Self { polygon, vertices }
+    }
+}
+
+/// `place + parameter rate`.
+pub(crate) fn displaced(place: DVec3, rate: DVec3, parameter: f64) -> ExactVector {
+    along(&place.to_array().map(Exact::from), parameter, &rate.to_array().map(Exact::from))
 }
 
 /// The emitter as seen from the receiver, exact.
@@ -47,17 +69,16 @@ pub(crate) struct Frame {
 }
 
 impl Frame {
-    pub(crate) fn new(receiver: &Receiver, polygon: &Polygon) -> Self {
-        let position = receiver.position().to_array().map(Exact::from);
-        let raw: Vec<ExactVector> =
-            polygon.vertices().iter().map(|v| difference(&v.to_array().map(Exact::from), &position)).collect();
+    /// From a position, with a normal of any length.
+    pub(crate) fn new(position: DVec3, given: &ExactVector, emitter: &Body<'_>) -> Self {
+        let exact = position.to_array().map(Exact::from);
+        let raw: Vec<ExactVector> = emitter.vertices.iter().map(|vertex| difference(vertex, &exact)).collect();
         let scale = -raw.iter().flatten().filter(|c| !c.is_zero()).map(Exact::exponent).max().unwrap_or(0);
         let vertices: Vec<ExactVector> = raw.iter().map(|r| std::array::from_fn(|i| r[i].times_power(scale))).collect();
-        let given = receiver.given_normal().to_array().map(Exact::from);
         let largest = given.iter().filter(|c| !c.is_zero()).map(Exact::exponent).max().unwrap_or(0);
         let normal: ExactVector = std::array::from_fn(|i| given[i].times_power(-largest));
         let heights: Vec<Exact> = vertices.iter().map(|r| dot(&normal, r)).collect();
-        let triangles = triangles(polygon)
+        let triangles = triangles(emitter.polygon)
             .into_iter()
             .filter(|corners| corners.iter().any(|i| heights[*i].sign() > 0))
             .map(|corners| {
@@ -69,13 +90,12 @@ impl Frame {
             .filter(|triangle| triangle.height.sign() > 0)
             .collect();
         let normal_squared = dot(&normal, &normal);
-        Self { scale, origin: origin(receiver.position(), scale), vertices, heights, normal, normal_squared, triangles }
+        Self { scale, origin: origin(position, scale), vertices, heights, normal, normal_squared, triangles }
     }
 
     /// A point of the world in the receiver's coordinates.
-    pub(crate) fn relative(&self, point: DVec3) -> ExactVector {
-        let point = point.to_array();
-        std::array::from_fn(|i| &Exact::from(point[i]).times_power(self.scale) + &self.origin[i])
+    pub(crate) fn relative(&self, point: &ExactVector) -> ExactVector {
+        std::array::from_fn(|i| &point[i].times_power(self.scale) + &self.origin[i])
     }
 
     /// Directed edges of the seen triangles that no two of them share.

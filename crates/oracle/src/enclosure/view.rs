@@ -11,13 +11,11 @@
 
 use std::rc::Rc;
 
-use radgrad_core::Polygon;
-
 use crate::enclosure::cone::{Cone, Corner, Direction, Planes};
 use crate::enclosure::exact::{Exact, ExactVector, cross, dot};
 use crate::enclosure::outline::{Point, Stretch};
 use crate::enclosure::shadow::{Generator, Occluder, occluders};
-use crate::enclosure::surface::{Frame, Triangle, outline};
+use crate::enclosure::surface::{Body, Frame, Triangle, outline};
 
 /// A convex part of a triangle, by its outline.
 #[derive(Debug)]
@@ -56,14 +54,14 @@ impl View {
     }
 
     /// Past opaque polygons.
-    pub(crate) fn past(frame: &Frame, polygons: &[Polygon]) -> Self {
+    pub(crate) fn past(frame: &Frame, bodies: &[Body<'_>]) -> Self {
         let mut planes = Planes::new();
         let mut generators = Vec::new();
         let Some(horizon) = Direction::new(&frame.normal) else { return Self::free(frame) };
         planes.push(horizon);
         generators.push(Generator::Horizon);
         let occluders: Vec<Occluder> =
-            polygons.iter().flat_map(|polygon| occluders(frame, polygon, &mut planes, &mut generators)).collect();
+            bodies.iter().flat_map(|body| occluders(frame, body, &mut planes, &mut generators)).collect();
         let mut view = Self { pieces: Vec::new(), borders: Vec::new() };
         let mut sides = Vec::new();
         let mut is_hidden = false;
