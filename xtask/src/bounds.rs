@@ -9,12 +9,12 @@ use std::path::Path;
 use indicatif::ProgressBar;
 use radgrad_audit::bounds::campaign;
 use radgrad_audit::bounds::mark::{Figure, Mark};
-use radgrad_audit::bounds::requirements::{Breach, breaches};
+use radgrad_audit::bounds::requirements::Breach;
 use radgrad_audit::bounds::table::Table;
 use radgrad_audit::cases::family::Family;
-use radgrad_audit::cases::regression::Regression;
+use radgrad_audit::checks::regression::Regression;
+use radgrad_audit::gates::Gates;
 use radgrad_audit::measures::distribution::Extreme;
-use radgrad_audit::measures::gates::Gates;
 use radgrad_audit::measures::run::{Part, Run};
 use radgrad_audit::measures::shard;
 use radgrad_scene::output::write_whole;
@@ -92,7 +92,7 @@ fn judged(run: &Run, table: &Table, gates: &Gates, arguments: &Arguments) -> Res
     for mark in NOTED {
         record.note(&mark.to_string(), table.total(mark));
     }
-    for breach in &breaches(table, gates) {
+    for breach in &gates.breaches(table) {
         report(breach, out, &mut record)?;
     }
     if table.total(Mark::Answer) == 0 {

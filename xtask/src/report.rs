@@ -22,7 +22,7 @@ use std::error::Error;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use radgrad_audit::measures::gates::Gates;
+use radgrad_audit::gates::Gates;
 
 use crate::{files, in_workspace};
 use audit::Audit;

@@ -8,7 +8,7 @@ use std::time::Instant;
 
 use indicatif::ProgressBar;
 use radgrad_audit::cases::name::UnknownFamily;
-use radgrad_audit::measures::gates::Gates;
+use radgrad_audit::gates::Gates;
 use radgrad_audit::scenes::brackets::{self, Brackets};
 use radgrad_audit::scenes::family::{Family, Name};
 use radgrad_audit::scenes::gradients::{self, Gradients};

@@ -4,7 +4,7 @@ use comfy_table::presets::UTF8_FULL_CONDENSED;
 use comfy_table::{CellAlignment, ColumnConstraint, Table as Printed};
 use radgrad_audit::cases::family::Family;
 use radgrad_audit::checks::mutants::Mutant;
-use radgrad_audit::measures::gates::Gates;
+use radgrad_audit::gates::Gates;
 use radgrad_audit::measures::leading::Leading;
 use radgrad_audit::measures::measure::{Kind, Quantity, worse};
 use radgrad_audit::measures::table::{FamilyTable, Table};
