@@ -17,7 +17,7 @@ use radgrad_audit::measures::truth::Truth;
 use radgrad_core::evaluate;
 use radgrad_scene::case::{Case, Problem};
 
-use crate::in_workspace;
+use crate::files::in_workspace;
 
 /// Show core's answer to a case, the truth, the errors, the bounds and the condition
 #[derive(Debug, Args)]

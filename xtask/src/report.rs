@@ -24,7 +24,7 @@ use std::path::{Path, PathBuf};
 
 use radgrad_audit::gates::Gates;
 
-use crate::{files, in_workspace};
+use crate::files::{self, in_workspace};
 use audit::Audit;
 use page::Page;
 

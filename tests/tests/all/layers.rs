@@ -83,10 +83,22 @@ const TOWERS: &[Tower] = &[
         upward: &[],
         most_upward: 0,
     },
+    Tower {
+        sources: "../xtask/src",
+        floors: &[
+            &["files", "plot", "summary"],
+            &["record", "request"],
+            &["bench", "bounds", "figures", "instructions", "mesh", "mutants", "prove", "scenes"],
+            &["replay", "report", "verify"],
+            &["lib"],
+        ],
+        upward: &[],
+        most_upward: 0,
+    },
 ];
 
 /// Most files of which each imports the others, directly or through others.
-const MOST_IN_A_CIRCLE: usize = 3;
+const MOST_IN_A_CIRCLE: usize = 2;
 
 /// Sources by the path of their module, `ladder/rungs`.
 type Sources = BTreeMap<String, String>;
@@ -329,14 +341,14 @@ fn without_strings(text: &str) -> String {
             (tail.find('\n').unwrap_or(tail.len()), "")
         } else if tail.starts_with("'\"'") {
             (3, " ")
-        } else if tail.starts_with('"') {
+        } else if let Some(quoted) = tail.strip_prefix('"') {
             let mut is_escaped = false;
             let closes = |c: char| {
                 let closes = c == '"' && !is_escaped;
                 is_escaped = c == '\\' && !is_escaped;
                 closes
             };
-            (1 + tail[1..].find(closes).map_or(tail.len() - 1, |end| end + 1), " ")
+            (1 + quoted.find(closes).map_or(quoted.len(), |end| end + 1), " ")
         } else {
             (1, &tail[..1])
         };
