@@ -12,6 +12,7 @@ mod lanes;
 mod legendre;
 mod marker;
 mod method;
+mod output;
 mod point;
 mod ratios;
 pub(crate) mod regime;

@@ -9,19 +9,20 @@ use std::path::Path;
 use indicatif::ProgressBar;
 use radgrad_audit::bounds::campaign;
 use radgrad_audit::bounds::mark::{Figure, Mark};
-use radgrad_audit::bounds::requirements::{Breach, breaches};
+use radgrad_audit::bounds::requirements::Breach;
 use radgrad_audit::bounds::table::Table;
 use radgrad_audit::cases::family::Family;
-use radgrad_audit::cases::regression::Regression;
+use radgrad_audit::checks::regression::Regression;
+use radgrad_audit::gates::Gates;
 use radgrad_audit::measures::distribution::Extreme;
-use radgrad_audit::measures::gates::Gates;
 use radgrad_audit::measures::run::{Part, Run};
 use radgrad_audit::measures::shard;
 use radgrad_scene::output::write_whole;
 
 use crate::files;
-use crate::verify::record::Record;
-use crate::verify::{self, Arguments};
+use crate::record::Record;
+use crate::request::{Arguments, merged};
+use crate::summary::{ended, style};
 
 type Shard = shard::Shard<Mark, Figure>;
 
@@ -52,7 +53,7 @@ pub(crate) fn run(arguments: &Arguments, gates: &Gates) -> Result<bool, Box<dyn 
             None => campaign::run(CASES[usize::from(arguments.quick)], &Family::ALL, arguments.seed, part).only(&families),
         })
     } else {
-        verify::merged(&arguments.merge)?
+        merged(&arguments.merge)?
     };
     if run.part != Part::WHOLE {
         println!("{}", summary::print(&table, &run, arguments.tables));
@@ -63,7 +64,7 @@ pub(crate) fn run(arguments: &Arguments, gates: &Gates) -> Result<bool, Box<dyn 
     }
     let held = judged(&run, &table, gates, arguments)?;
     let climbed = search::run(arguments, out)?;
-    Ok(verify::ended(held.passed & climbed))
+    Ok(ended(held.passed & climbed))
 }
 
 /// The part of a campaign of so many cases that is of the families asked for, within another command.
@@ -75,7 +76,7 @@ pub(crate) fn small(cases: u64, arguments: &Arguments, gates: &Gates) -> Result<
 
 fn campaigned(run: Run) -> Shard {
     let bar = ProgressBar::new(run.count());
-    bar.set_style(verify::style());
+    bar.set_style(style());
     let table = campaign::table(&run, || bar.inc(1));
     bar.finish_and_clear();
     Shard { run, table }
@@ -92,7 +93,7 @@ fn judged(run: &Run, table: &Table, gates: &Gates, arguments: &Arguments) -> Res
     for mark in NOTED {
         record.note(&mark.to_string(), table.total(mark));
     }
-    for breach in &breaches(table, gates) {
+    for breach in &gates.breaches(table) {
         report(breach, out, &mut record)?;
     }
     if table.total(Mark::Answer) == 0 {

@@ -1,8 +1,11 @@
 //! Files of a run: each is whole or not there, also if the run is killed, and the one that was there before stays till then.
+//! And the places of the workspace, from wherever the task was called.
 
+use std::env;
 use std::error::Error;
+use std::ffi::OsString;
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use radgrad_scene::output::{Unwritten, write_whole};
 
@@ -19,4 +22,14 @@ pub(crate) fn table(
     let mut rows = csv::Writer::from_writer(Vec::new());
     fill(&mut rows)?;
     Ok(write(file, rows.into_inner()?)?)
+}
+
+/// The cargo that runs this, or any.
+pub(crate) fn cargo() -> OsString {
+    env::var_os("CARGO").unwrap_or_else(|| "cargo".into())
+}
+
+/// A path in the workspace, wherever the task was called from.
+pub(crate) fn in_workspace(path: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(path)
 }

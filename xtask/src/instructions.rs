@@ -11,7 +11,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use crate::{files, in_workspace, summary};
+use crate::files::{self, cargo, in_workspace};
+use crate::summary;
 use limits::Limits;
 
 /// Count the instructions of the hot kernels under valgrind; fail beyond data/instructions.toml
@@ -82,7 +83,7 @@ fn skipped(why: &str) -> bool {
 /// Builds the program to be counted.
 fn built() -> Result<PathBuf, Box<dyn Error>> {
     let build = ["build", "--release", "--package", "hot_kernels"];
-    if !Command::new(crate::cargo()).args(build).current_dir(in_workspace("")).status()?.success() {
+    if !Command::new(cargo()).args(build).current_dir(in_workspace("")).status()?.success() {
         return Err("hot_kernels does not build".into());
     }
     // This program may itself be of another profile.

@@ -9,25 +9,27 @@ mod mesh;
 mod mutants;
 mod plot;
 mod prove;
+mod record;
 mod replay;
 mod report;
+mod request;
 mod scenes;
 mod summary;
 mod verify;
 
 use std::env;
 use std::error::Error;
-use std::ffi::OsString;
-use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
 use clap::Parser;
+
+use files::{cargo, in_workspace};
 
 /// Project tasks.
 #[derive(Debug, Parser)]
 #[command(name = "cargo xtask")]
 enum Task {
-    Verify(verify::Arguments),
+    Verify(request::Arguments),
     Mutants(mutants::Arguments),
     Prove(prove::Arguments),
     Replay(replay::Arguments),
@@ -79,16 +81,6 @@ fn in_release() -> Result<bool, Box<dyn Error>> {
         .args(env::args_os().skip(1))
         .status()?;
     Ok(status.success())
-}
-
-/// The cargo that runs this, or any.
-fn cargo() -> OsString {
-    env::var_os("CARGO").unwrap_or_else(|| "cargo".into())
-}
-
-/// A path in the workspace, wherever the task was called from.
-fn in_workspace(path: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(path)
 }
 
 #[cfg(test)]

@@ -27,7 +27,8 @@ use self::instrument::Copy;
 use self::places::Form;
 use self::run::{Program, Seen};
 use self::score::{Known, NOTICED, Row, Summary};
-use crate::{files, in_workspace, verify};
+use crate::files::{self, in_workspace};
+use crate::summary;
 
 /// Draw faults in shipped code, and switch them on one at a time: how many does the audit notice?
 #[derive(Debug, clap::Args)]
@@ -72,7 +73,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     let is_told = |number: usize| matches!(all[number].fault.form, Form::Told(_));
     let checks = program.checks(&bite::names(), is_told)?;
     let bar = ProgressBar::new(drawn.len() as u64);
-    bar.set_style(verify::style());
+    bar.set_style(summary::style());
     let fared = |&number: &usize| {
         let fared = program.fared(&checks, number).map_err(|error| error.to_string());
         bar.inc(1);

@@ -7,17 +7,17 @@ use clap::Args;
 use radgrad_audit::bounds::campaign;
 use radgrad_audit::bounds::check::check;
 use radgrad_audit::bounds::mark::{Figure, Mark};
-use radgrad_audit::cases::condition::Condition;
 use radgrad_audit::cases::family::Name;
-use radgrad_audit::cases::regression::Regression;
-use radgrad_audit::measures::gates::Gates;
+use radgrad_audit::checks::regression::Regression;
+use radgrad_audit::gates::Gates;
+use radgrad_audit::measures::condition::Condition;
 use radgrad_audit::measures::measure::{Outcome, Quantity, measure};
 use radgrad_audit::measures::table::Table;
 use radgrad_audit::measures::truth::Truth;
 use radgrad_core::evaluate;
 use radgrad_scene::case::{Case, Problem};
 
-use crate::in_workspace;
+use crate::files::in_workspace;
 
 /// Show core's answer to a case, the truth, the errors, the bounds and the condition
 #[derive(Debug, Args)]

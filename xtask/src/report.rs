@@ -22,9 +22,9 @@ use std::error::Error;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use radgrad_audit::measures::gates::Gates;
+use radgrad_audit::gates::Gates;
 
-use crate::{files, in_workspace};
+use crate::files::{self, in_workspace};
 use audit::Audit;
 use page::Page;
 

@@ -7,8 +7,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
 use indicatif::ProgressBar;
-use radgrad_audit::cases::name::UnknownFamily;
-use radgrad_audit::measures::gates::Gates;
+use radgrad_audit::gates::Gates;
 use radgrad_audit::scenes::brackets::{self, Brackets};
 use radgrad_audit::scenes::family::{Family, Name};
 use radgrad_audit::scenes::gradients::{self, Gradients};
@@ -22,9 +21,9 @@ use radgrad_oracle::scene::Effort;
 use radgrad_scene::output::write_whole;
 
 use crate::files;
-use crate::summary::Ranked;
-use crate::verify::record::Record;
-use crate::verify::{Arguments, ended, style};
+use crate::record::Record;
+use crate::request::Arguments;
+use crate::summary::{Ranked, ended, style};
 
 /// Scenes of `verify --scenes` unless a number is given.
 const CASES: u64 = 800;
@@ -349,22 +348,4 @@ pub(crate) fn replay(name: Name) -> Result<bool, Box<dyn Error>> {
         right &= !outcome.fails(&model);
     }
     Ok(right)
-}
-
-/// A family of points or of scenes.
-#[derive(Debug, Clone, Copy)]
-pub(crate) enum AnyFamily {
-    /// Of cases of one emitter.
-    Case(radgrad_audit::cases::family::Family),
-    /// Of scenes.
-    Scene(Family),
-}
-
-impl std::str::FromStr for AnyFamily {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let of_case = || text.parse().map(Self::Case).map_err(|error: UnknownFamily<_>| error.to_string());
-        text.parse().map(Self::Scene).or_else(|no_scene| of_case().map_err(|no_case| format!("{no_case}; {no_scene}")))
-    }
 }

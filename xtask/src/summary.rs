@@ -1,10 +1,11 @@
-//! The findings of a run, as tables for people.
+//! The course, the findings and the end of a run, for people.
 
 use comfy_table::presets::UTF8_FULL_CONDENSED;
 use comfy_table::{CellAlignment, ColumnConstraint, Table as Printed};
+use indicatif::ProgressStyle;
 use radgrad_audit::cases::family::Family;
 use radgrad_audit::checks::mutants::Mutant;
-use radgrad_audit::measures::gates::Gates;
+use radgrad_audit::gates::Gates;
 use radgrad_audit::measures::leading::Leading;
 use radgrad_audit::measures::measure::{Kind, Quantity, worse};
 use radgrad_audit::measures::table::{FamilyTable, Table};
@@ -116,6 +117,18 @@ impl Ranked {
             _ => fitted(right_aligned(self.table)),
         }
     }
+}
+
+/// Says how it ended.
+pub(crate) fn ended(passed: bool) -> bool {
+    println!("{}", if passed { "passed" } else { "FAILED" });
+    passed
+}
+
+/// A bar of a run by cases.
+pub(crate) fn style() -> ProgressStyle {
+    let template = "{bar:40} {pos}/{len} cases, {per_sec}, {eta} left, {msg}";
+    ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar())
 }
 
 pub(crate) fn with_header<T: AsRef<str>>(titles: &[T]) -> Printed {

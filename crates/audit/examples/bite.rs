@@ -19,7 +19,7 @@ use radgrad_audit::bounds::witness::{self, Held, Query, Witness};
 use radgrad_audit::cases::family::Family;
 use radgrad_audit::checks::bite::{Made, Setting, bite};
 use radgrad_audit::checks::record::{self, Record, RecordedSubject};
-use radgrad_audit::measures::gates::Gates;
+use radgrad_audit::gates::Gates;
 use rayon::prelude::*;
 
 type Ended = Result<ExitCode, Box<dyn Error>>;

@@ -20,7 +20,6 @@
 
 pub mod campaign;
 pub mod check;
-pub mod derived;
 pub mod digits;
 pub mod mark;
 pub mod reference;

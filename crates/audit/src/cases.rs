@@ -1,9 +1,7 @@
-//! Randomised cases in named families: how they are drawn, named, made smaller, and kept.
+//! Randomised cases in named families: how they are drawn, named and made smaller.
 
-pub mod condition;
 pub mod family;
 mod lattice;
 pub mod name;
-pub mod regression;
 pub mod sampler;
 pub mod shrink;

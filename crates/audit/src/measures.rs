@@ -1,8 +1,8 @@
-//! Answers measured against truth, and the tables and gates that the figures end in.
+//! Answers measured against truth, and the tables that the figures end in.
 
+pub mod condition;
 pub mod decade;
 pub mod distribution;
-pub mod gates;
 pub mod leading;
 pub mod measure;
 pub mod run;

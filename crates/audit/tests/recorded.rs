@@ -9,8 +9,8 @@ use radgrad_audit::bounds::check::check;
 use radgrad_audit::bounds::mark::Mark;
 use radgrad_audit::bounds::witness::{self, Place};
 use radgrad_audit::cases::family::Family;
-use radgrad_audit::cases::regression::Regression;
-use radgrad_audit::measures::gates::{Gates, Violation};
+use radgrad_audit::checks::regression::Regression;
+use radgrad_audit::gates::{Gates, Violation};
 use radgrad_audit::measures::measure::Quantity;
 use radgrad_audit::measures::run::Run;
 

@@ -8,7 +8,7 @@
 use nalgebra::Vector3;
 use radgrad_core::DVec3;
 
-use super::method::Output;
+use super::output::Output;
 use super::regime::Case;
 use super::visible::{above, constant, relative_to};
 

@@ -11,7 +11,7 @@
 use nalgebra::Vector3;
 use radgrad_core::{DVec3, Emission};
 
-use super::method::Output;
+use super::output::Output;
 use super::regime::Case;
 use super::visible::{above, constant, relative_to};
 

@@ -5,8 +5,9 @@ use std::error::Error;
 use radgrad_core::DVec3;
 use radgrad_core::batch::{Answers, Engine, Precision, Receivers};
 
-use super::method::{Method, Output, Run};
-use super::regime::Case;
+use super::method::{Method, Run};
+use super::output::Output;
+use super::regime::{Case, single};
 
 /// Receivers in a batch.
 const BATCH: usize = 1024;
@@ -30,12 +31,6 @@ impl<F: Precision> Columns<F> {
         let [x, y, z, nx, ny, nz, reflectance] = &self.0;
         Receivers::new([x, y, z], [nx, ny, nz], reflectance)
     }
-}
-
-/// The nearest number of single precision.
-#[allow(clippy::cast_possible_truncation, reason = "to the nearest is what is wanted")]
-pub(crate) const fn single(number: f64) -> f32 {
-    number as f32
 }
 
 /// Batches in double precision, plain.

@@ -5,35 +5,26 @@
 
 mod gates;
 mod lanes;
+mod pair;
 mod varied;
 
 use std::error::Error;
 use std::fs;
 use std::hint::black_box;
-use std::time::Duration;
 
 use radgrad_core::batch::{Answers, Engine};
 use radgrad_core::{DVec3, derivatives, evaluate_to, radiosity, radiosity_and_gradient};
 use radgrad_oracle::cubature::{Status, integrate};
 
-use super::clock::{self, Spread};
 use super::lambert;
 use super::lanes::Columns;
-use super::method::Output;
+use super::output::Output;
 use super::regime::{Case, Kind, Regime};
 use super::truth::Truths;
-use crate::in_workspace;
+use crate::files::in_workspace;
 use gates::Gates;
 use lanes::BATCH;
-
-/// One ratio.
-#[derive(Debug, Clone)]
-pub(crate) struct Ratio {
-    /// Its key in the result and in `data/speed.toml`.
-    pub(crate) name: &'static str,
-    /// Median and quartiles over the pairs.
-    pub(crate) spread: Spread,
-}
+use pair::{Ratio, pair, pair_of_long};
 
 /// Prints the ratios and, last, one JSON object of their medians. Whether all are within their gates.
 pub(crate) fn run() -> Result<bool, Box<dyn Error>> {
@@ -92,26 +83,11 @@ fn differentiated(case: &Case) -> f64 {
     black_box(derivatives(&case.receiver, &case.emitter, [], TOLERANCE)).map_or(f64::NAN, |found| found.radiosity.value)
 }
 
-/// Pairs of samples, and the shortest sample: many short ones, since a busy machine takes a thread off its core every few
-/// milliseconds and the median then sees only samples in which it did not.
-const PAIRS: usize = 501;
-const SAMPLE: Duration = Duration::from_micros(200);
-
 /// The time of `a` for a case over that of `b`.
 fn ratio(name: &'static str, cases_a: &[Case], a: impl Fn(&Case) -> f64, cases_b: &[Case], b: impl Fn(&Case) -> f64) -> Ratio {
     let sum =
         |cases: &[Case], work: &dyn Fn(&Case) -> f64| black_box(cases.iter().map(|case| work(black_box(case))).sum::<f64>());
     pair(name, || _ = sum(cases_a, &a), || _ = sum(cases_b, &b))
-}
-
-/// The time of `a` over that of `b`.
-pub(crate) fn pair(name: &'static str, a: impl FnMut(), b: impl FnMut()) -> Ratio {
-    Ratio { name, spread: clock::ratio(PAIRS, SAMPLE, a, b) }
-}
-
-/// The same where a sample is milliseconds by itself.
-pub(crate) fn pair_of_long(name: &'static str, a: impl FnMut(), b: impl FnMut()) -> Ratio {
-    Ratio { name, spread: clock::ratio(PAIRS / 5, SAMPLE, a, b) }
 }
 
 /// Whether the foot of the receiver is in the emitter, a triangle across the z axis.

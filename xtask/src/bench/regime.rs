@@ -6,8 +6,6 @@
 use clap::ValueEnum;
 use radgrad_core::{DVec3, Emission, Emitter, Error, Polygon, Receiver};
 
-use super::lanes::single;
-
 /// Where the receivers are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Regime {
@@ -126,6 +124,12 @@ impl Kind {
 pub(crate) struct Case {
     pub(crate) receiver: Receiver,
     pub(crate) emitter: Emitter,
+}
+
+/// The nearest number of single precision.
+#[allow(clippy::cast_possible_truncation, reason = "to the nearest is what is wanted")]
+pub(crate) const fn single(number: f64) -> f32 {
+    number as f32
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@ use radgrad_audit::measures::truth::Truth;
 use radgrad_core::evaluate_digits;
 use radgrad_oracle::Interval;
 
-use super::method::Output;
+use super::output::Output;
 use super::regime::Case;
 
 /// Digits of core's own answer that the enclosures must contain.

@@ -8,10 +8,10 @@ use indicatif::ProgressBar;
 use radgrad_audit::bounds::search::{Search, Worst};
 use radgrad_audit::bounds::witness::{self, Place};
 
-use crate::summary::{fitted, right_aligned, with_header};
-use crate::verify::record::Record;
-use crate::verify::{self, Arguments};
-use crate::{files, in_workspace};
+use crate::files::{self, in_workspace};
+use crate::record::Record;
+use crate::request::Arguments;
+use crate::summary::{fitted, right_aligned, style, with_header};
 
 /// Rounds of the search, and of the quick one.
 const ROUNDS: [u64; 2] = [400, 40];
@@ -24,7 +24,7 @@ pub(super) fn run(arguments: &Arguments, out: &Path) -> Result<bool, Box<dyn Err
     let mut search = Search::from_witnesses(&witness::read_all(&in_workspace("data/worst"))?);
     let rounds = ROUNDS[usize::from(arguments.quick || arguments.cases.is_some())];
     let bar = ProgressBar::new(rounds);
-    bar.set_style(verify::style());
+    bar.set_style(style());
     for round in 0..rounds {
         search.climb(arguments.seed, round);
         bar.inc(1);

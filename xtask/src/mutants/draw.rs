@@ -124,7 +124,7 @@ fn sources_below(workspace: &Path, place: &str, found: &mut Vec<String>) -> Resu
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::in_workspace;
+    use crate::files::in_workspace;
 
     #[test]
     fn a_seed_draws_the_same_faults_of_all_of_the_code_and_another_seed_others() {

@@ -15,7 +15,7 @@ use toml::{Table, Value};
 
 use super::draw::{Drawn, Source};
 use super::places::{Form, VALUE};
-use crate::cargo;
+use crate::files::cargo;
 
 /// What the audit is made of.
 const CRATES: [&str; 8] = ["audit", "certificate", "core", "numbers", "oracle", "paper", "scene", "solver"];

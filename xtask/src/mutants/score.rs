@@ -271,7 +271,7 @@ pub(crate) fn survivors(table: &Path, prefixes: &str) -> Result<BTreeSet<[String
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::in_workspace;
+    use crate::files::in_workspace;
     use crate::mutants::places;
 
     #[test]

@@ -1,7 +1,7 @@
 //! How errors are distributed: a row a family, bars between neighbours of 1, 2, 5, 10, ... on a logarithmic axis.
 
 use radgrad_audit::cases::family::Family;
-use radgrad_audit::measures::gates::Gates;
+use radgrad_audit::gates::Gates;
 use radgrad_audit::measures::measure::Quantity;
 
 use super::audit::{Audit, Bin, Figure};

@@ -7,7 +7,7 @@ use minijinja::syntax::SyntaxConfig;
 use minijinja::value::Serde;
 use minijinja::{Environment, Value, context};
 use radgrad_audit::comparison::stability::{DIGITS, ORACLE_EVERY};
-use radgrad_audit::measures::gates::Gates;
+use radgrad_audit::gates::Gates;
 use radgrad_audit::measures::measure::Quantity;
 use radgrad_paper::appendix;
 use serde::Serialize;

@@ -14,7 +14,7 @@ use radgrad_audit::measures::run::{Part, Run};
 use radgrad_paper::appendix::Misprint;
 
 use super::Report;
-use crate::verify::record::Record;
+use crate::record::Record;
 
 const FAMILIES: [Family; 3] = [Family::Generic, Family::Far, Family::EqualVertices];
 

@@ -21,9 +21,8 @@ use std::fmt;
 use serde::Deserialize;
 
 use crate::bounds::mark::{Figure, Mark, Rung};
-use crate::bounds::table::{FamilyTable, Table};
+use crate::bounds::table::FamilyTable;
 use crate::cases::family::{Family, Name};
-use crate::measures::gates::Gates;
 
 /// Requirements on a family beyond the rules without a number.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
@@ -56,15 +55,11 @@ impl fmt::Display for Breach {
     }
 }
 
-/// Everything in the table that must not be.
-#[must_use]
-pub fn breaches(table: &Table, gates: &Gates) -> Vec<Breach> {
-    let breaches_of = |(family, table): (&Family, &FamilyTable)| {
-        let mut breaches = marked(*family, table);
-        breaches.extend(beyond(table, &gates.bounds(*family)));
-        breaches
-    };
-    table.families().iter().flat_map(breaches_of).collect()
+/// Everything in the table of a family that must not be.
+pub(crate) fn breaches(family: Family, table: &FamilyTable, required: &Requirement) -> Vec<Breach> {
+    let mut breaches = marked(family, table);
+    breaches.extend(beyond(table, required));
+    breaches
 }
 
 /// Cases with a mark that they must not have.

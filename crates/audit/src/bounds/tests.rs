@@ -6,12 +6,11 @@ use radgrad_scene::case::Problem;
 use crate::bounds::campaign::{self, effort};
 use crate::bounds::check::{Check, Effort, check, check_by};
 use crate::bounds::mark::{Figure, Mark};
-use crate::bounds::requirements::breaches;
 use crate::bounds::table::Table;
 use crate::cases::family::{Family, Name};
-use crate::cases::regression::Regression;
 use crate::cases::shrink::weight;
-use crate::measures::gates::Gates;
+use crate::checks::regression::Regression;
+use crate::gates::Gates;
 use crate::measures::run::{Part, Run};
 use crate::measures::shard::Shard;
 
@@ -127,7 +126,7 @@ fn table(run: &Run) -> Table {
 #[test]
 fn a_table_is_held_against_what_is_required() {
     let run = Run::of_each(14, &[Family::Generic, Family::BelowHorizon, Family::EqualVertices, Family::NearEdge], 1);
-    let said: Vec<String> = breaches(&table(&run), &gates()).iter().map(ToString::to_string).collect();
+    let said: Vec<String> = gates().breaches(&table(&run)).iter().map(ToString::to_string).collect();
     assert_eq!(said.len(), 2, "{said:?}");
     assert!(said.iter().all(|text| text.contains("-error is") && text.contains("1e-30 is the most")), "{said:?}");
 
@@ -142,11 +141,11 @@ fn a_table_is_held_against_what_is_required() {
     ] {
         wrong.count(case(family), mark);
     }
-    let found_breaches = breaches(&wrong, &gates());
+    let found_breaches = gates().breaches(&wrong);
     assert_eq!(found_breaches.len(), 5, "{found_breaches:?}");
     assert_eq!(found_breaches[0].to_string(), "bounds of far: 1 broken, at far:1:4");
     wrong.add(case(Family::Generic), Figure::ValueTightness, 1e-10);
-    assert!(breaches(&wrong, &gates()).iter().any(|b| b.mark.is_none() && b.what.contains("the median of value-tightness")));
+    assert!(gates().breaches(&wrong).iter().any(|b| b.mark.is_none() && b.what.contains("the median of value-tightness")));
 }
 
 #[test]

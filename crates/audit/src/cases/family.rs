@@ -301,7 +301,7 @@ impl Family {
     pub fn case(self, seed: u64, index: u64) -> Case {
         let sampler = &mut Sampler::new(seed, self.name(), index);
         let scene = self.scene(sampler);
-        scene.into_case(Name { family: self, seed, index }, sampler)
+        scene.into_case(Name { family: self, seed, index }.to_string(), sampler)
     }
 
     fn scene(self, sampler: &mut Sampler) -> Scene {

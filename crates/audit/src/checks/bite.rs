@@ -22,20 +22,19 @@ use rayon::prelude::*;
 
 use crate::bounds::check::{Effort as Checks, check_by};
 use crate::bounds::mark::Mark;
-use crate::bounds::requirements::breaches;
 use crate::bounds::search::{awkward, brink};
 use crate::bounds::witness::{self, Query, Witness};
-use crate::bounds::{campaign, table as bounds_table};
-use crate::bounds::{derived, digits};
+use crate::bounds::{campaign, digits, table as bounds_table};
 use crate::cases::family::{Family, Name};
 use crate::cases::sampler::Sampler;
 use crate::checks::agreement::agreement;
 use crate::checks::forms::forms;
 use crate::checks::record::{Asked, Record, RecordedSubject};
 use crate::checks::{
-    batches, closed, derivatives, entries, estimates, hulls, lamps, long, motions, operations, rays, refusals, shadows, symmetry,
+    batches, closed, derivatives, derived, entries, estimates, hulls, lamps, long, motions, operations, rays, refusals, shadows,
+    symmetry,
 };
-use crate::measures::gates::Gates;
+use crate::gates::Gates;
 use crate::measures::measure::{Kind, Outcome, Quantity};
 use crate::measures::run::{Part, Run};
 use crate::measures::seen::reduced;
@@ -451,7 +450,7 @@ fn enclosures(setting: &Setting<'_>) -> Vec<String> {
 fn bounds(setting: &Setting<'_>) -> Vec<String> {
     let families: Vec<Family> = cheap().step_by(3).collect();
     let table: bounds_table::Table = campaign::table(&Run::of_each(12, &families, 1), || ());
-    let faults = breaches(&table, setting.gates).into_iter().filter(|breach| breach.mark.is_some());
+    let faults = setting.gates.breaches(&table).into_iter().filter(|breach| breach.mark.is_some());
     faults.map(|breach| breach.to_string()).collect()
 }
 

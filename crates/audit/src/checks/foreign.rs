@@ -21,9 +21,9 @@ use radgrad_core::{Answer, Method};
 use radgrad_scene::case::{Case, Id, Problem};
 use serde::Deserialize;
 
-use crate::cases::condition::Condition;
 use crate::cases::family::{Family, Name};
 use crate::cases::name::UnknownFamily;
+use crate::measures::condition::Condition;
 use crate::measures::measure::{Kind, Outcome, Quantity, measure_answer, ratio};
 use crate::measures::table::Table;
 use crate::measures::truth::Truth;

@@ -9,21 +9,14 @@ mod products;
 use glam::DVec3;
 use radgrad_core::Polygon;
 use radgrad_scene::{
-    BlockOperator, Counted, FactorMatrix, FactorOperator, FactorSettings, FormFactors, RayFactors, RayRow, RaySettings, Scene,
-    largest,
+    BlockOperator, FactorOperator, FactorSettings, FormFactors, RayFactors, RayRow, RaySettings, Scene, largest,
 };
 
 use crate::cases::sampler::Sampler;
 use crate::measures::measure::is_worse;
 use crate::scenes::draw::quad;
 use crate::scenes::pieces::scene_of;
-use model::Model;
-
-/// The relative difference of factors whose multipliers are found in two ways, each until rows close to 1e-9.
-const SAME: f64 = 1e-6;
-
-/// The same of numbers that follow from the counts in a few roundings.
-const ROUNDED: f64 = 1e-9;
+use model::{Counts, Model, ROUNDED};
 
 /// How accurately the truth is known.
 const TRUTH: f64 = 2e-5;
@@ -67,15 +60,6 @@ fn room(index: u64) -> Result<Scene, String> {
     let pentagon = [(0.3, 0.3), (0.6, 0.2), (0.8, 0.5), (0.5, 0.8), (0.25, 0.6)];
     faces.push(pentagon.map(|(x, y)| DVec3::new(x, y, 1.8 + 0.2 * y)).into_iter().rev().collect());
     scene_of(faces)
-}
-
-/// A scene with the counts of its rays.
-struct Counts<'a> {
-    scene: &'a Scene,
-    factors: &'a FormFactors<'a>,
-    settings: RaySettings,
-    counted: Vec<Counted>,
-    truth: FactorMatrix,
 }
 
 /// Everything that is wrong in so many scenes.

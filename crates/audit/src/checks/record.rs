@@ -8,6 +8,7 @@
 
 mod digest;
 mod part;
+mod statement;
 
 use std::fmt;
 use std::path::Path;
@@ -24,6 +25,7 @@ use serde::{Deserialize, Serialize};
 
 pub use self::digest::Block;
 pub use self::part::Part;
+pub use self::statement::{Asked, MOVED, ROUNDINGS, Recorded, Statement};
 use crate::bounds::digits;
 use crate::bounds::witness::{self, Error, Query, Wrong};
 use crate::cases::sampler::Sampler;
@@ -32,12 +34,6 @@ use crate::measures::seen::reduced;
 use crate::measures::truth::Truth;
 use crate::scenes;
 use crate::scenes::statement::Subject;
-
-/// A bound may be another one than it was by this share of it: other processors add in another order.
-pub const ROUNDINGS: f64 = 1e-6;
-
-/// A value may move by this share of its bound, and by no more than a thousandth of that and two units of its last place.
-pub const MOVED: f64 = 1e-3;
 
 /// Evaluations that the oracle may spend on a case.
 const BUDGET: u64 = 1_000_000;
@@ -75,33 +71,6 @@ pub enum RecordedSubject {
     Digest(Block, u64),
 }
 
-/// A value, of one component or more, with the bound on the norm of its error. Without a value a figure of its own: evaluations that
-/// a bound takes, 1 for a tolerance that is met.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Statement {
-    /// The components.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub value: Vec<f64>,
-    /// The bound.
-    pub bound: f64,
-}
-
-/// The answer recorded for a subject.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Recorded {
-    /// The statements.
-    pub statements: Vec<Statement>,
-    /// The statements that truth contradicts.
-    pub wrong: Vec<String>,
-}
-
-impl Recorded {
-    /// Of values, each with its bound.
-    fn of_pairs(pairs: &[(f64, f64)]) -> Self {
-        Self { statements: pairs.iter().map(|&(value, bound)| Statement::new(&[value], bound)).collect(), wrong: Vec::new() }
-    }
-}
-
 /// A subject with its recorded statements.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -113,32 +82,6 @@ pub struct Record {
     pub case: Option<Case>,
     /// The recorded statements.
     pub said: Vec<Statement>,
-}
-
-impl Statement {
-    fn new(value: &[f64], bound: f64) -> Self {
-        Self { value: value.to_vec(), bound }
-    }
-
-    /// The distance of two values over the sum of their bounds: above 1 they have no point in common.
-    #[must_use]
-    pub fn apart(&self, other: &Self) -> f64 {
-        let distances: Vec<f64> = self.value.iter().zip(&other.value).map(|(a, b)| (a - b).abs()).collect();
-        let room = (self.bound + other.bound) * (1.0 + ROUNDINGS);
-        if distances.iter().all(|distance| *distance == 0.0) {
-            return 0.0;
-        }
-        // Each over the room, since squares may leave the range of a double.
-        distances.iter().map(|distance| (distance / room) * (distance / room)).sum::<f64>().sqrt()
-    }
-
-    /// Whether the value is another one: by [`MOVED`] of the bounds, or by a thousandth of that where it is more than rounding.
-    #[must_use]
-    pub fn has_moved(&self, other: &Self) -> bool {
-        let apart = self.apart(other);
-        let is_more = |(a, b): (&f64, &f64)| (a - b).abs() > 2.0 * f64::EPSILON * a.abs();
-        apart > MOVED || (apart > 1e-3 * MOVED && self.value.iter().zip(&other.value).any(is_more))
-    }
 }
 
 impl Record {
@@ -192,19 +135,6 @@ impl Record {
         }
         faults
     }
-}
-
-/// The cost class of a subject.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Asked {
-    /// Core.
-    Core,
-    /// The oracle.
-    Oracle,
-    /// Form factors and fields of scenes.
-    Scenes,
-    /// The solver, and certificates.
-    Solver,
 }
 
 impl RecordedSubject {

@@ -5,7 +5,7 @@ use radgrad_core::{Answer, evaluate_to};
 use radgrad_scene::case::{Case, Problem};
 use serde::{Deserialize, Serialize};
 
-use crate::cases::condition::Condition;
+use crate::measures::condition::Condition;
 use crate::measures::truth::Truth;
 
 /// A figure of an answer, at least 0; 0 is perfect.

@@ -8,13 +8,9 @@ use radgrad_solver::Marking;
 use super::model::{Change, Exact, Expected, Grid, Model, Part, Probe, Ways};
 use crate::cases::sampler::{Sampler, power_of_two};
 
-mod exact;
-mod odd;
-mod world;
-
-pub(super) use exact::{groove, manufactured, sphere, strips};
-pub(super) use odd::odd;
-pub(super) use world::{nested, plates, rounded};
+pub(super) mod exact;
+pub(super) mod odd;
+pub(super) mod world;
 
 /// Points asked at.
 const PROBES: usize = 3;

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-use super::draw;
+use super::draw::{self, exact, odd, world};
 use super::model::Model;
 use super::statement::Subject;
 use crate::cases::name::{Families, UnknownFamily};
@@ -159,14 +159,14 @@ impl Family {
             Self::Overlap => draw::overlap(sampler),
             Self::Scaled => draw::scaled(sampler),
             Self::Shifted => draw::shifted(sampler),
-            Self::Strips => draw::strips(sampler),
-            Self::Sphere => draw::sphere(sampler),
-            Self::Groove => draw::groove(sampler),
-            Self::Manufactured => draw::manufactured(sampler),
-            Self::Odd => draw::odd(sampler),
-            Self::Rounded => draw::rounded(sampler),
-            Self::Nested => draw::nested(sampler),
-            Self::Plates => draw::plates(sampler),
+            Self::Strips => exact::strips(sampler),
+            Self::Sphere => exact::sphere(sampler),
+            Self::Groove => exact::groove(sampler),
+            Self::Manufactured => exact::manufactured(sampler),
+            Self::Odd => odd::odd(sampler),
+            Self::Rounded => world::rounded(sampler),
+            Self::Nested => world::nested(sampler),
+            Self::Plates => world::plates(sampler),
         };
         if matches!(self, Self::Strips | Self::Sphere | Self::Groove | Self::Manufactured | Self::Odd) {
             draw::ways(&mut model, sampler);

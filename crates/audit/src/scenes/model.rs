@@ -72,6 +72,17 @@ pub enum Expected {
     Either,
 }
 
+/// Why there is no truth.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// A face is no polygon.
+    #[error("a face is no polygon: {0}")]
+    Polygon(#[from] radgrad_core::Error),
+    /// The oracle refuses the scene or the question.
+    #[error("the oracle: {0}")]
+    Oracle(#[from] radgrad_oracle::Error),
+}
+
 /// How a scene is changed before it is asked for; the truth is that of the unchanged one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Change {
@@ -200,7 +211,7 @@ impl Model {
     ///
     /// # Errors
     /// If a face is no polygon, or a value out of range.
-    pub fn oracle(&self, channel: usize) -> Result<oracle::Scene, super::truth::Error> {
+    pub fn oracle(&self, channel: usize) -> Result<oracle::Scene, Error> {
         let face = |(index, outline): (usize, Vec<DVec3>)| {
             let part = &self.parts[index];
             let polygon = Polygon::new(outline)?;

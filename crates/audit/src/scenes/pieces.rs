@@ -3,9 +3,9 @@
 //!
 //! A whole solution says little of these: its estimates are far above what most of them are off by, and what one loses another gives.
 
-mod cuts;
-mod hidden;
-mod textures;
+pub mod cuts;
+pub mod hidden;
+pub mod textures;
 
 use std::f64::consts::PI;
 
@@ -16,10 +16,6 @@ use radgrad_solver::parts::{self, Transfer};
 use radgrad_solver::{Element, Mesh, Shape};
 
 use crate::cases::sampler::Sampler;
-
-pub use cuts::{partitions, shadow_lines};
-pub use hidden::{sights, unseen, views};
-pub use textures::{gathers, textures};
 
 type Wrong = Result<Vec<String>, String>;
 
@@ -416,6 +412,9 @@ fn taylor(receiver: &Receiver, element: &Element, at: [f64; 2], along: DVec3) ->
 
 #[cfg(test)]
 mod tests {
+    use super::cuts::{partitions, shadow_lines};
+    use super::hidden::{sights, unseen, views};
+    use super::textures::{gathers, textures};
     use super::*;
 
     #[test]

@@ -4,19 +4,8 @@ use glam::DVec3;
 use radgrad_oracle::confidence::ConfidenceInterval;
 use radgrad_oracle::scene::{Effort, Kind, Known, Point, Scene};
 
-use super::model::{Exact, Model, Probe};
+use super::model::{Error, Exact, Model, Probe};
 use super::statement::{Quantum, Statement, Subject};
-
-/// Why there is no truth.
-#[derive(Debug, thiserror::Error)]
-pub enum Error {
-    /// A face is no polygon.
-    #[error("a face is no polygon: {0}")]
-    Polygon(#[from] radgrad_core::Error),
-    /// The oracle refuses the scene or the question.
-    #[error("the oracle: {0}")]
-    Oracle(#[from] radgrad_oracle::Error),
-}
 
 /// The cost of walks, and the confidence with which their limits hold: of twenty thousand statements none is taken for wrong by
 /// chance with a probability of 0.998 and more.

@@ -13,7 +13,7 @@ use std::fmt;
 use comfy_table::Table;
 use serde::Deserialize;
 
-use super::Ratio;
+use super::pair::Ratio;
 use crate::summary;
 
 /// The gates by ratio.

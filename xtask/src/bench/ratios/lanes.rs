@@ -6,11 +6,12 @@ use std::hint::black_box;
 use radgrad_core::batch::{Answers, EmitterTree, Emitters, Engine};
 use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver, evaluate_to, radiosity_and_gradient};
 
-use super::{Ratio, pair, pair_of_long, varied};
+use super::pair::{Ratio, pair, pair_of_long};
+use super::varied;
 use crate::bench::clock::Spread;
 use crate::bench::lambert::bare_radiosity_and_gradient;
-use crate::bench::lanes::{Columns, single};
-use crate::bench::regime::{Case, Kind};
+use crate::bench::lanes::Columns;
+use crate::bench::regime::{Case, Kind, single};
 
 /// Receivers of a batch: many times a vector's lanes, and few enough for a cache.
 pub(super) const BATCH: usize = 1024;

@@ -3,7 +3,6 @@
 use glam::DVec3;
 use radgrad_scene::case::{Case, EmissionRecord, EmitterRecord, Id, ReceiverRecord};
 
-use super::Name;
 use crate::cases::sampler::Sampler;
 
 /// A receiver and an emitter, and the occluders between.
@@ -25,10 +24,10 @@ impl Scene {
     }
 
     /// The case of this scene, with a reflectance: 1 for one in two, else 0.1 to 1.
-    pub(super) fn into_case(self, name: Name, sampler: &mut Sampler) -> Case {
+    pub(super) fn into_case(self, name: String, sampler: &mut Sampler) -> Case {
         let reflectance = if sampler.one_in(2) { 1.0 } else { sampler.between(0.1, 1.0) };
         Case {
-            id: Id::Text(name.to_string()),
+            id: Id::Text(name),
             receiver: ReceiverRecord { position: self.position.to_array(), normal: self.normal.to_array(), reflectance },
             emitter: EmitterRecord { vertices: arrays(&self.vertices), emission: self.emission },
             occluders: self.occluders.iter().map(|occluder| arrays(occluder)).collect(),

@@ -52,7 +52,10 @@ pub(super) fn brackets(_: &Setting<'_>) -> Vec<String> {
 
 /// The pieces of solutions, each by itself.
 pub(super) fn pieces(_: &Setting<'_>) -> Vec<String> {
-    use scenes::pieces::{gathers, partitions, rules, shadow_lines, sights, textures, transfers, unseen, views};
+    use scenes::pieces::cuts::{partitions, shadow_lines};
+    use scenes::pieces::hidden::{sights, unseen, views};
+    use scenes::pieces::textures::{gathers, textures};
+    use scenes::pieces::{rules, transfers};
     let told = [transfers(12), views(8), unseen(24), textures(12)];
     [told.concat(), sights(24), gathers(12), shadow_lines(18), partitions(4), rules()].concat()
 }

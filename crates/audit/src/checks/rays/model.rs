@@ -1,14 +1,27 @@
 //! Factors, intervals and errors that the counts of rays make.
 
-use radgrad_scene::{RayFactors, RayRow, largest, smallest};
+use radgrad_scene::{Counted, FactorMatrix, FormFactors, RayFactors, RayRow, RaySettings, Scene, largest, smallest};
 
-use super::{Counts, ROUNDED, SAME};
+/// The relative difference of factors whose multipliers are found in two ways, each until rows close to 1e-9.
+pub(super) const SAME: f64 = 1e-6;
+
+/// The same of numbers that follow from the counts in a few roundings.
+pub(super) const ROUNDED: f64 = 1e-9;
 
 /// The ratio of areas up to which both ways of a pair count.
 const ALIKE: f64 = 2.4;
 
 /// Multipliers beyond these are no matter of chance.
 const RANGE: [f64; 2] = [0.5, 2.0];
+
+/// A scene with the counts of its rays.
+pub(super) struct Counts<'a> {
+    pub(super) scene: &'a Scene,
+    pub(super) factors: &'a FormFactors<'a>,
+    pub(super) settings: RaySettings,
+    pub(super) counted: Vec<Counted>,
+    pub(super) truth: FactorMatrix,
+}
 
 /// A pair that rays counted.
 #[derive(Debug, Clone, Copy)]

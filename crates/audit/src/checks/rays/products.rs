@@ -2,8 +2,7 @@
 
 use radgrad_scene::{BlockOperator, Certified, FactorOperator, RayFactors, largest};
 
-use super::model::Model;
-use super::{Counts, ROUNDED, SAME};
+use super::model::{Counts, Model, ROUNDED, SAME};
 use crate::measures::measure::is_worse;
 
 /// The error that single precision and a few sums of it leave in numbers up to 1.

@@ -4,17 +4,13 @@
 //! machine and on every number of threads; solutions and certificates do not, and have records of their own. The statements of a block
 //! are held against each other too: all answers to one question have a point in common.
 
+mod bits;
 mod of_core;
 mod of_others;
 
-use std::fmt::Display;
-
-use glam::DVec3;
-
-use super::{Asked, Recorded, Statement};
-use crate::cases::sampler::split_mix;
+use super::statement::{Asked, Recorded, Statement};
 use crate::checks::{hidden, lamps};
-use crate::measures::measure::{is_worse, worse};
+use bits::Digest;
 
 /// The subject of a block.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -100,113 +96,9 @@ impl Block {
     }
 }
 
-/// The bits so far, and contradictions.
-#[derive(Debug, Default)]
-struct Digest {
-    bits: u64,
-    said: u64,
-    refused: u64,
-    wrong: Vec<String>,
-}
-
-impl Digest {
-    fn word(&mut self, word: u64) {
-        self.said += 1;
-        self.bits = split_mix(self.bits ^ word).wrapping_add(self.bits.rotate_left(23));
-    }
-
-    /// No answer, whatever the reason: its text may have rounded digits.
-    fn refused(&mut self) {
-        self.refused += 1;
-        self.word(u64::MAX);
-    }
-
-    /// A NaN of any sign and payload is one.
-    fn number(&mut self, number: f64) {
-        self.word(if number.is_nan() { f64::NAN.to_bits() } else { number.to_bits() });
-    }
-
-    fn numbers<'a>(&mut self, numbers: impl IntoIterator<Item = &'a f64>) {
-        numbers.into_iter().for_each(|&number| self.number(number));
-    }
-
-    fn vector(&mut self, vector: DVec3) {
-        self.numbers(&vector.to_array());
-    }
-
-    fn text(&mut self, text: impl Display) {
-        text.to_string().bytes().for_each(|byte| self.word(byte.into()));
-    }
-
-    /// Numbers, or that there are none.
-    fn say<E: Display>(&mut self, said: Result<Vec<f64>, E>) {
-        match said {
-            Ok(numbers) => self.numbers(&numbers),
-            Err(_) => self.refused(),
-        }
-    }
-}
-
-/// Answers to one question, which have a point in common by pairs.
-struct Question<'a> {
-    name: &'a str,
-    said: Vec<(String, [f64; 3], f64)>,
-}
-
-impl<'a> Question<'a> {
-    const fn new(name: &'a str) -> Self {
-        Self { name, said: Vec::new() }
-    }
-
-    fn add(&mut self, digest: &mut Digest, by: impl Display, value: [f64; 3], bound: f64) {
-        digest.numbers(&value);
-        digest.number(bound);
-        self.said.push((by.to_string(), value, bound));
-    }
-
-    fn close(self, digest: &mut Digest) {
-        let Some((best, at, least)) = self.said.iter().min_by(|a, b| a.2.total_cmp(&b.2)) else { return };
-        for (by, value, bound) in &self.said {
-            let apart = [0, 1, 2].map(|k| (value[k] - at[k]).abs());
-            let difference = apart.into_iter().fold(0.0, worse);
-            let room = (bound + least) * (1.0 + 1e-9) + f64::MIN_POSITIVE;
-            if is_worse(difference, room) {
-                let name = self.name;
-                digest.wrong.push(format!("{name}, {by}: {value:?} is off {best} by {difference:e}, the bounds allow {room:e}"));
-            }
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_bit_of_any_number_changes_a_digest_and_a_nan_of_another_sign_does_not() {
-        let of = |numbers: &[f64]| {
-            let mut digest = Digest::default();
-            digest.numbers(numbers);
-            digest.bits
-        };
-        let numbers = [1.0, -0.0, f64::NAN];
-        assert_eq!(of(&numbers), of(&[1.0, -0.0, -f64::NAN]));
-        for other in [[1.0 + f64::EPSILON, -0.0, f64::NAN], [1.0, 0.0, f64::NAN], [-0.0, 1.0, f64::NAN]] {
-            assert_ne!(of(&numbers), of(&other));
-        }
-    }
-
-    #[test]
-    fn an_answer_that_is_off_by_more_than_the_bounds_contradicts_the_best() {
-        let off = |off: f64| {
-            let (mut digest, mut question) = (Digest::default(), Question::new("of a test"));
-            question.add(&mut digest, "one", [1.0, 0.0, 0.0], 0.5);
-            question.add(&mut digest, "another", [1.0 + off, 0.0, 0.0], 0.25);
-            question.close(&mut digest);
-            digest.wrong.len()
-        };
-        assert_eq!([off(0.7), off(0.8), off(f64::NAN)], [0, 1, 2]);
-    }
 
     #[test]
     fn a_block_says_the_same_twice() {

@@ -1,6 +1,6 @@
 //! Records of parts of factors.
 
-use super::{Recorded, Statement};
+use super::statement::{Recorded, Statement};
 use crate::checks::{exchanges, hidden, screens};
 
 /// A part of the computation of factors.

@@ -14,7 +14,7 @@ use radgrad_numbers::radius::Radius;
 use radgrad_numbers::real::Real;
 use radgrad_scene::case::Problem;
 
-use super::{Digest, Question};
+use super::bits::{Digest, Question};
 use crate::bounds::search;
 use crate::bounds::witness::{self, Query};
 use crate::cases::family::Family;

@@ -6,7 +6,7 @@ use radgrad_oracle::{Arithmetic, Request, Source, SourceFunction, enclose_source
 use radgrad_scene::case::Problem;
 use radgrad_scene::{FactorMatrix, FactorSettings, FormFactors, Scene};
 
-use super::Digest;
+use super::bits::Digest;
 use crate::cases::family::Family;
 use crate::checks::{exchanges, screens};
 use crate::measures::seen::reduced;

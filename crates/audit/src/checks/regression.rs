@@ -15,7 +15,7 @@ use crate::bounds::requirements::Breach;
 use crate::cases::family::{Family, Name};
 use crate::cases::name::BadName;
 use crate::cases::shrink::shrink;
-use crate::measures::gates::{Fault, Violation};
+use crate::gates::{Fault, Violation};
 use crate::measures::measure::{Outcome, measure};
 use crate::measures::table::Table;
 

@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::Command;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use crate::files;
+use crate::files::{self, in_workspace};
 
 /// The record of a run.
 pub(crate) struct Record {
@@ -61,10 +61,8 @@ impl Record {
 
 /// The state of the sources, if git knows it.
 fn commit() -> String {
-    let described = Command::new("git")
-        .args(["describe", "--always", "--dirty", "--abbrev=12"])
-        .current_dir(crate::in_workspace("."))
-        .output();
+    let described =
+        Command::new("git").args(["describe", "--always", "--dirty", "--abbrev=12"]).current_dir(in_workspace(".")).output();
     let text = described.ok().filter(|output| output.status.success()).and_then(|output| String::from_utf8(output.stdout).ok());
     text.map_or_else(|| "unknown".to_owned(), |text| text.trim().to_owned())
 }

@@ -5,7 +5,7 @@ use std::f64::consts::FRAC_PI_2;
 use glam::DVec3;
 use radgrad_scene::gauss_legendre;
 
-use super::{Piece, Seen, U, is_narrow};
+use super::boundary::{Piece, Seen, U, is_narrow};
 
 /// A segment of the boundary in the emitter's plane, with the numbers that its terms and their errors are made of.
 struct Segment {

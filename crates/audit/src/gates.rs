@@ -19,7 +19,8 @@ use std::fmt;
 
 use serde::Deserialize;
 
-use crate::bounds::requirements::Requirement;
+use crate::bounds;
+use crate::bounds::requirements::{Breach, Requirement, breaches};
 use crate::cases::family::{Family, Name};
 use crate::cases::name::UnknownFamily;
 use crate::measures::measure::{Kind, Quantity};
@@ -171,6 +172,12 @@ impl Gates {
     #[must_use]
     pub const fn scenes(&self) -> scenes::table::Requirement {
         self.scenes
+    }
+
+    /// Everything in the bounds table that must not be.
+    #[must_use]
+    pub fn breaches(&self, table: &bounds::table::Table) -> Vec<Breach> {
+        table.families().iter().flat_map(|(family, table)| breaches(*family, table, &self.bounds(*family))).collect()
     }
 
     /// Everything in the table that must not be.

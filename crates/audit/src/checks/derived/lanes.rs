@@ -6,7 +6,7 @@ use glam::DVec3;
 use radgrad_core::batch::{Answers, Engine, Precision, Receivers};
 use radgrad_core::{Emission, Emitter, Receiver};
 
-use super::{Seen, Told, U, apart, drawn};
+use super::boundary::{SAME, Seen, Told, U, apart, drawn};
 use crate::cases::sampler::Sampler;
 use crate::checks::batches::{Cast, entry};
 
@@ -123,7 +123,7 @@ pub(super) fn of_precision<F: Precision>(index: u64, cast: &Cast<F>) -> Told {
         if answers.counts.whole + answers.counts.clipped == 1 && answers.counts.doubled == 0 {
             let (_, _, stated) = entry(&answers, cast, 0);
             told.0 += 1;
-            let same = if cast.is_single() { 1e-4 } else { super::SAME };
+            let same = if cast.is_single() { 1e-4 } else { SAME };
             told.1.extend(apart(&format!("derived:{index}, {name}"), same, stated, derived.map(|bound| rho / PI * bound)));
         }
         Ok(())

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 use radgrad_scene::{gauss_legendre, probes};
 
-use super::U;
+use super::boundary::{self, U};
 use crate::cases::sampler::Sampler;
 
 /// Halvings of an edge, and the first of them before which singular places are asked for.
@@ -214,7 +214,7 @@ pub(super) fn of_pair(index: u64) -> (usize, Vec<String>) {
             None => continue,
         };
         compared += 1;
-        told.extend(super::apart(&format!("derived:{index}, edges to {truncation:e}"), CLOSE, [stated; 2], [derived; 2]));
+        told.extend(boundary::apart(&format!("derived:{index}, edges to {truncation:e}"), CLOSE, [stated; 2], [derived; 2]));
     }
     (compared, told)
 }
