@@ -295,7 +295,7 @@ impl<'a> Problem<'a> {
         let goal = power_of_ten(-i32::try_from(self.request.digits).unwrap_or(i32::MAX));
         let mut tolerances = prepared.first_tolerances();
         loop {
-            let plan = prepared.plan(tolerances)?;
+            let plan = prepared.plan(tolerances, self.request.budget)?;
             evaluations += plan.evaluations;
             if evaluations > self.request.budget {
                 let (digits, allowed) = (self.request.digits, self.request.budget);

@@ -21,9 +21,9 @@ pub enum Error {
         most: u32,
     },
     /// The evaluations allowed do not suffice.
-    #[error("{needed} evaluations of the integrand needed for {digits} digits, {allowed} allowed; {reached}")]
+    #[error("at least {needed} evaluations of the integrand needed for {digits} digits, {allowed} allowed; {reached}")]
     Budget {
-        /// Evaluations of the next pass.
+        /// Evaluations of the next pass, at least.
         needed: u64,
         /// Evaluations allowed.
         allowed: u64,

@@ -30,12 +30,12 @@ use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver, effort};
 use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 
-use crate::Error;
+pub use self::answer::{AnswerRecord, DigitsRecord, EstimateRecord, Refusal, Reply};
+pub use self::derivatives::{DerivativeRecord, DerivativesRecord};
+pub use self::emission::{EmissionRecord, PolynomialRecord, TermRecord};
+pub use self::id::Id;
+use crate::error::Error;
 use crate::words::without_mark;
-pub use answer::{AnswerRecord, DigitsRecord, EstimateRecord, Refusal, Reply};
-pub use derivatives::{DerivativeRecord, DerivativesRecord};
-pub use emission::{EmissionRecord, PolynomialRecord, TermRecord};
-pub use id::Id;
 
 /// A case as written.
 ///

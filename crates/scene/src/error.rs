@@ -3,9 +3,8 @@
 use std::fmt;
 use std::path::PathBuf;
 
-use crate::Place;
-use crate::reading::Bytes;
-use crate::words::{printable, quoted};
+use crate::messages::{Bytes, candidates, printable, quoted};
+use crate::place::Place;
 
 /// Every way in which a case, a scene or a file is refused. Messages say where: the column of the line, the part of the case, or
 /// the file and its line.
@@ -364,44 +363,12 @@ fn misspelt(rule: &str) -> Option<String> {
     Some(format!("there is no field {}: {}", quoted(Some(field)), candidates(field, fields.split('`').skip(1).step_by(2))))
 }
 
-/// The names that there are in place of one that is not among them, and which of them was probably meant.
-pub(crate) fn candidates<'a>(name: &str, names: impl Iterator<Item = &'a str>) -> String {
-    const SHOWN: usize = 20;
-    let names: Vec<&str> = names.collect();
-    let is_near = |other: &&str| edits(name, other) <= other.len().div_ceil(2);
-    let nearest = names.iter().copied().filter(is_near).min_by_key(|other| edits(name, other));
-    let meant = nearest.map_or_else(String::new, |other| format!("did you mean `{}`? ", printable(other)));
-    let mut shown: Vec<String> = names.iter().take(SHOWN).map(|other| format!("`{}`", printable(other))).collect();
-    if let Some(more @ 1..) = names.len().checked_sub(SHOWN) {
-        shown.push(format!("and {more} more"));
-    }
-    format!("{meant}there are {}", shown.join(", "))
-}
-
-/// The least number of letters to put in, take out or change between two words (Levenshtein), of the first 64.
-fn edits(from: &str, to: &str) -> usize {
-    let to: Vec<char> = to.chars().take(64).collect();
-    let mut row: Vec<usize> = (0..=to.len()).collect();
-    for (i, a) in from.chars().take(64).enumerate() {
-        let mut diagonal = std::mem::replace(&mut row[0], i + 1);
-        for (j, b) in to.iter().enumerate() {
-            let changed = diagonal + usize::from(a != *b);
-            diagonal = row[j + 1];
-            row[j + 1] = changed.min(diagonal + 1).min(row[j] + 1);
-        }
-    }
-    row[to.len()]
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn a_misspelt_field_is_told_from_the_one_meant() {
-        for (from, to, distance) in [("", "abc", 3), ("kitten", "sitting", 3), ("ocluders", "occluders", 1), ("id", "id", 0)] {
-            assert_eq!((edits(from, to), edits(to, from)), (distance, distance));
-        }
         let said = misspelt("unknown field `ocluders`, expected one of `id`, `occluders`, `truth`").unwrap();
         assert_eq!(said, "there is no field `ocluders`: did you mean `occluders`? there are `id`, `occluders`, `truth`");
         let said = misspelt("unknown field `zz\u{1b}`, expected `id` or `truth`").unwrap();

@@ -16,26 +16,27 @@
 //! | past others, all of it within the tolerance | integral over points ([`cubature`]), in double precision ([`point_factor`]) | the same, and more is asked of the value |
 //! | past others, else | pairs of cells that see each other wholly, not at all or in part ([`bracket`]), and that integral | the bracket narrows to the tolerance |
 //!
-//! The value lies in the bracket. Nothing is normalised: whether rows of a closed scene sum to 1 is evidence. [`FactorMatrix::repair`] moves
+//! The value lies in the bracket. Nothing is normalised: whether rows of a closed scene sum to 1 is evidence. [`crate::FactorMatrix::repair`] moves
 //! factors within their brackets until they do, for programs that need it.
 //!
 //! Factors have no unit. Faces see by their lit side; faces of surfaces that only hide others have no factors.
 
-mod block;
+pub(crate) mod block;
 mod bracket;
 mod cubature;
 mod culling;
 mod exchange;
-mod field;
-mod matrix;
-mod narrow;
-mod pair;
+pub(crate) mod field;
+pub(crate) mod matrix;
+pub(crate) mod narrow;
+mod neighbours;
+pub(crate) mod pair;
 mod point_factor;
 #[doc(hidden)]
 pub mod probes;
-mod rays;
-mod repair;
-mod rule;
+pub(crate) mod rays;
+pub(crate) mod repair;
+pub(crate) mod rule;
 mod screen;
 #[cfg(test)]
 mod tests;
@@ -46,22 +47,22 @@ use std::sync::{Arc, OnceLock};
 use radgrad_core::{DVec3, Emission, Emitter, Method, Polygon, Receiver, Tolerance, Value, evaluate_value};
 use smallvec::SmallVec;
 
-pub use block::FactorBlock;
-pub use field::FieldCell;
-pub use matrix::{ComputedRow, Entry, FactorMatrix, SurfaceFactor, SurfaceMatrix};
-pub use narrow::Narrowed;
-pub use pair::Factor;
-pub use rays::{BlockOperator, Certified, Counted, FactorOperator, RayEntry, RayFactors, RayRow, RaySettings};
-pub use repair::Repaired;
-pub use rule::gauss_legendre;
-
-use self::culling::Neighbours;
-use self::exchange::Part;
-use self::rule::patches;
+use self::exchange::far::Part;
+use self::neighbours::Neighbours;
+use self::rule::{middle, patches};
 use self::screen::{Cells, Screen, Sight};
-use crate::occluders::{Tree, may_hide, perimeter};
+use crate::error::Error;
+use crate::extremes::{largest as larger, smallest as smaller};
+use crate::occluders::Occluders;
+use crate::occluders::beam::Beam;
+use crate::occluders::level::may_hide;
+use crate::occluders::overlap::perimeter;
+use crate::occluders::tree::Tree;
+use crate::placement::Placement;
 use crate::projection::normalising_power;
-use crate::{Beam, Error, Face, Occluders, Placement, Prepared, Scene, Warning, largest as larger, smallest as smaller};
+use crate::scene::prepared::Prepared;
+use crate::scene::{Face, Scene};
+use crate::warning::Warning;
 
 /// How factors are found.
 ///
@@ -394,11 +395,6 @@ struct Sighting {
     tolerance: f64,
     /// The part that hid all of it from the last point that saw nothing.
     hider: Option<usize>,
-}
-
-/// The mean of some points.
-fn middle(points: &[DVec3]) -> DVec3 {
-    points.iter().sum::<DVec3>() / points.len() as f64
 }
 
 /// The polygons that may hide a part of an emitter from a point of a face.

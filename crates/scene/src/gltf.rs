@@ -29,12 +29,17 @@ use std::path::Path;
 use glam::{DMat4, DQuat, DVec3, DVec4};
 
 use self::accessor::Accessors;
-use self::document::{Document, Material, Node, Primitive};
+use self::document::{Document, Fault, Material, Node, Primitive};
 use self::maps::Maps;
-use crate::reading::{Budget, Folder, ReadFile};
-use crate::scene::{Intake, Outline, Written, WrittenPrecision, seems_single};
-use crate::words::quoted;
-use crate::{Error, Position, Reading, Scene, largest};
+use crate::error::Error;
+use crate::extremes::largest;
+use crate::messages::quoted;
+use crate::place::Position;
+use crate::precision::{Written, WrittenPrecision, seems_single};
+use crate::reading::{Budget, Folder, ReadFile, Reading};
+use crate::scene::Scene;
+use crate::scene::intake::Intake;
+use crate::scene::outline::Outline;
 
 /// Reads a file, and the buffers beside it that it names.
 ///
@@ -43,7 +48,7 @@ use crate::{Error, Position, Reading, Scene, largest};
 pub fn read(file: &Path, reading: impl Into<Reading>) -> Result<Scene, Error> {
     let reading = reading.into();
     let budget = Budget::new(reading.budget);
-    let content = crate::open(file, &budget)?;
+    let content = crate::reading::open(file, &budget)?;
     let folder = Folder::beside(file, &reading, &budget);
     parse_within(&content, Intake::new(Scene::new(["r", "g", "b"])?, file, reading, &budget), &mut |name| folder.read(name))?
         .finish()
@@ -143,9 +148,6 @@ fn materials(document: &Document, intake: &mut Intake) -> Result<(Vec<usize>, BT
     }
     Ok((all, faults))
 }
-
-/// An error, with the member in which it is.
-type Fault = (String, Error);
 
 struct Reader<'a> {
     document: &'a Document,

@@ -10,7 +10,7 @@ use std::collections::{BinaryHeap, HashMap};
 
 use rayon::prelude::*;
 
-pub use error::HeatError;
+pub use self::error::HeatError;
 
 /// The constant of Stefan and Boltzmann, W/(m2 K4).
 pub const STEFAN_BOLTZMANN: f64 = 5.670_374_419e-8;
@@ -136,7 +136,7 @@ impl System {
         boundary: &[Boundary],
         surroundings: Option<f64>,
     ) -> Result<Self, HeatError> {
-        let largest = areas.iter().copied().fold(0.0, crate::largest);
+        let largest = areas.iter().copied().fold(0.0, crate::extremes::largest);
         let areas: Vec<f64> = areas.iter().map(|area| area / largest).collect();
         let exchange = exchange_of(factors, &areas)?;
         let mut system = Self {
@@ -235,7 +235,7 @@ impl System {
         }
         let sides = self.apply(&values);
         let strongest = diagonal.iter().zip(&values).filter(|(d, _)| d.is_finite()).map(|(d, v)| d * v.abs());
-        let strongest = strongest.fold(0.0, crate::largest);
+        let strongest = strongest.fold(0.0, crate::extremes::largest);
         for surface in (0..count).filter(|&surface| !self.is_given(surface)) {
             let residual = (self.given[surface] - sides[surface]).abs();
             let is_settled = residual <= UNSETTLED * strongest;
@@ -259,7 +259,7 @@ impl System {
                 let held = if flux == 0.0 { 0.0 } else { (1.0 - emittance) / emittance * flux };
                 let power = own + held;
                 // A surface at 0 K emits a rounding of the power that it balances.
-                if power < -UNSETTLED * crate::largest(held.abs(), own.abs()) {
+                if power < -UNSETTLED * crate::extremes::largest(held.abs(), own.abs()) {
                     return Err(HeatError::BelowZero { surface, power });
                 }
                 (if power < 0.0 { 0.0 } else { (power / STEFAN_BOLTZMANN).sqrt().sqrt() }, flux)
@@ -299,7 +299,7 @@ pub fn reciprocal_areas(factors: &[Vec<(usize, f64)>]) -> Vec<f64> {
                 };
                 let area = areas[surface] * (there / from_there);
                 if areas[to] == 0.0 && area > 0.0 && area.is_finite() {
-                    ahead.push((crate::smallest(there, from_there).to_bits(), to, area.to_bits()));
+                    ahead.push((crate::extremes::smallest(there, from_there).to_bits(), to, area.to_bits()));
                 }
             }
         }
@@ -374,7 +374,7 @@ fn exchange_of(factors: &[Vec<(usize, f64)>], areas: &[f64]) -> Result<Vec<Vec<(
             is_same
         });
         let mean = |&(to, there, back): &(usize, f64, f64)| {
-            if (there - back).abs() > DEFECT * crate::smallest(areas[from], areas[to]) {
+            if (there - back).abs() > DEFECT * crate::extremes::smallest(areas[from], areas[to]) {
                 return Err(HeatError::Reciprocity { from, to, there, back });
             }
             Ok((to, f64::midpoint(there, back)))

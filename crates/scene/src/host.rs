@@ -2,7 +2,7 @@
 
 use std::hint::black_box;
 
-use crate::Error;
+use crate::error::Error;
 
 /// Refuses a host that flushes subnormal numbers to zero or rounds otherwise than to the nearest: in such a thread no bound holds.
 /// Programs that load this library into another one's process may ask before they evaluate.

@@ -19,12 +19,16 @@ mod factors;
 pub mod gltf;
 mod heat;
 mod host;
+mod messages;
 pub mod obj;
 mod occluders;
 pub mod output;
 mod place;
+mod placement;
 pub mod ply;
+mod precision;
 mod projection;
+mod read;
 mod reading;
 mod scene;
 pub mod stl;
@@ -37,30 +41,39 @@ mod words;
 pub use digest::fnv1a;
 pub use error::{Error, Overlapping};
 pub use extremes::{largest, smallest};
+pub use factors::block::FactorBlock;
+pub use factors::field::FieldCell;
+pub use factors::matrix::{ComputedRow, Entry, FactorMatrix, SurfaceFactor, SurfaceMatrix};
+pub use factors::narrow::Narrowed;
+pub use factors::pair::Factor;
 #[doc(hidden)]
 pub use factors::probes;
-pub use factors::{
-    BlockOperator, Certified, ComputedRow, Counted, Entry, Factor, FactorBlock, FactorMatrix, FactorOperator, FactorSettings,
-    FieldCell, FormFactors, Narrowed, RayEntry, RayFactors, RayRow, RaySettings, Repaired, SurfaceFactor, SurfaceMatrix,
-    gauss_legendre,
-};
+pub use factors::rays::RaySettings;
+pub use factors::rays::blocks::BlockOperator;
+pub use factors::rays::operator::{Certified, FactorOperator};
+pub use factors::rays::pairs::{Counted, RayEntry, RayFactors, RayRow};
+pub use factors::repair::Repaired;
+pub use factors::rule::gauss_legendre;
+pub use factors::{FactorSettings, FormFactors};
 pub use heat::{Boundary, HeatError, STEFAN_BOLTZMANN, SurfaceHeat, heat_balance, heat_jacobian, reciprocal_areas};
 pub use host::check_host;
+pub use messages::printable;
 #[doc(hidden)]
 pub use occluders::Boxes;
-pub use occluders::{Beam, Found, Occluders, contains};
+pub use occluders::beam::Beam;
+pub use occluders::segment::contains;
+pub use occluders::{Found, Occluders};
 pub use place::{Place, Position};
-pub use reading::{Materials, Reading, read_file};
+pub use placement::Placement;
+pub use reading::{Degenerate, Materials, Overlaps, Reading, read_file};
+pub use scene::arrays::GivenFace;
+pub use scene::material::Material;
+pub use scene::note::Note;
+pub use scene::prepared::Prepared;
+pub use scene::seams::{Closedness, Part, Seam, SeamKind};
 pub use scene::split::{is_parallelogram, triangles as triangulate};
-pub use scene::{
-    Closedness, Degenerate, Face, GivenFace, Material, Modelling, Note, Overlaps, Part, Placement, Prepared, Scene, Seam,
-    SeamKind, Surface,
-};
-pub use texture::{Chart, Piece, Quantity, Texture, Wrap};
+pub use scene::{Face, Modelling, Scene, Surface};
+pub use texture::chart::Chart;
+pub use texture::cut::Piece;
+pub use texture::{Quantity, Texture, Wrap};
 pub use warning::Warning;
-pub use words::printable;
-
-/// The content of a scene's own file.
-fn open(file: &std::path::Path, budget: &reading::Budget) -> Result<Vec<u8>, Error> {
-    reading::read_regular(file, budget).map_err(|error| Error::Unreadable { file: file.to_owned(), reason: error.to_string() })
-}

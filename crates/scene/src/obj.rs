@@ -14,22 +14,27 @@
 
 mod map;
 mod mtl;
+mod statements;
 #[cfg(test)]
 mod tests;
 
-use std::borrow::Cow;
-use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::io;
 use std::path::{Path, PathBuf};
 
 use radgrad_core::DVec3;
 
 use self::map::Textures;
-use crate::error::candidates;
-use crate::reading::{Budget, Folder, ReadFile};
-use crate::scene::{Intake, Outline, Vertices};
-use crate::words::{Words, lines, printable, quoted};
-use crate::{Error, Position, Reading, Scene};
+use self::mtl::Library;
+use self::statements::for_each_statement;
+use crate::error::Error;
+use crate::messages::{printable, quoted};
+use crate::place::Position;
+use crate::reading::{Budget, Folder, ReadFile, Reading};
+use crate::scene::Scene;
+use crate::scene::intake::Intake;
+use crate::scene::outline::Outline;
+use crate::scene::vertices::Vertices;
+use crate::words::Words;
 
 /// Reads a file and the material libraries that it names, which stand beside it.
 ///
@@ -38,7 +43,7 @@ use crate::{Error, Position, Reading, Scene};
 pub fn read(file: &Path, reading: impl Into<Reading>) -> Result<Scene, Error> {
     let reading = reading.into();
     let budget = Budget::new(reading.budget);
-    let text = crate::open(file, &budget)?;
+    let text = crate::reading::open(file, &budget)?;
     let folder = Folder::beside(file, &reading, &budget);
     parse_within(&text, Intake::new(Scene::new(["r", "g", "b"])?, file, reading, &budget), &mut |name| folder.read(name))?
         .finish()
@@ -98,76 +103,6 @@ fn parse_within(text: &[u8], mut intake: Intake, library: &mut ReadFile<'_>) -> 
         intake.ignore_fault(error, "no face has the material");
     }
     Ok(intake)
-}
-
-/// Calls `take` with the number of each statement's first line and with its text: comments cut off, continued lines joined,
-/// blank ones left out.
-fn for_each_statement(text: &str, mut take: impl FnMut(usize, &str) -> Result<(), Error>) -> Result<(), Error> {
-    let (mut first, mut joined) = (0, String::new());
-    for (index, line) in lines(text).enumerate() {
-        let bytes = line.as_bytes();
-        let comment = (0..bytes.len()).find(|&i| bytes[i] == b'#' && (i == 0 || bytes[i - 1].is_ascii_whitespace()));
-        let line = line[..comment.unwrap_or(line.len())].trim_ascii_end();
-        if joined.is_empty() {
-            first = index + 1;
-        }
-        if let Some(line) = line.strip_suffix('\\') {
-            joined.push_str(line);
-            joined.push(' ');
-            continue;
-        }
-        // Nearly all lines are statements of their own.
-        let statement = if joined.is_empty() { Cow::Borrowed(line) } else { Cow::Owned(std::mem::take(&mut joined) + line) };
-        if !statement.trim_ascii().is_empty() {
-            take(first, &statement)?;
-        }
-    }
-    if joined.trim_ascii().is_empty() { Ok(()) } else { take(first, &joined) }
-}
-
-/// Unknown materials whose names are compared with all others, to say which was probably meant.
-const MOST_COMPARED: usize = 64;
-
-/// Materials by their names, those of libraries and those that are only asked for.
-#[derive(Default)]
-struct Library {
-    /// Index of each by its name.
-    names: HashMap<String, usize>,
-    /// Those that are black for want of their values; a name may be given again.
-    unknown: BTreeSet<usize>,
-    /// Of these, where materials are required: why. The first face of one is refused.
-    faults: BTreeMap<usize, Error>,
-}
-
-impl Library {
-    /// The materials of libraries that there are in place of one that is not.
-    fn candidates(&self, name: &str) -> String {
-        // The first face of one is refused: those after very many are compared with no name.
-        if self.unknown.len() >= MOST_COMPARED {
-            return "no library has a material of this name".to_owned();
-        }
-        let mut names: Vec<(usize, &str)> = self.names.iter().map(|(name, &index)| (index, name.as_str())).collect();
-        names.retain(|(index, _)| !self.unknown.contains(index));
-        if names.is_empty() {
-            return "no library names one: `mtllib FILE` before it reads a library".to_owned();
-        }
-        names.sort_unstable();
-        candidates(name, names.into_iter().map(|(_, name)| name))
-    }
-
-    /// Adds a black material in place of one that is not known: where materials are optional, that is noted.
-    fn add_unknown(&mut self, name: &str, error: Error, intake: &mut Intake) -> Result<usize, Error> {
-        let black = intake.add_material(name, &[0.0; 3], &[0.0; 3])?;
-        if intake.needs_materials() {
-            intake.budget().take_many("materials", 1, 4 * size_of::<Error>())?;
-            self.faults.insert(black, error);
-        } else {
-            intake.ignore_fault(error, "taken as black");
-        }
-        self.names.insert(name.to_owned(), black);
-        self.unknown.insert(black);
-        Ok(black)
-    }
 }
 
 struct Reader<'a> {

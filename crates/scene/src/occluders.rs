@@ -4,30 +4,24 @@
 //! and highest coordinates without arithmetic. One that is found may still hide nothing. A search visits the boxes that meet the
 //! beam and their siblings: it costs little beyond the boxes in the beam. [`Found`] counts both.
 
-mod beam;
-mod half_space;
+pub(crate) mod beam;
+pub(crate) mod half_space;
 mod hull;
-mod level;
-mod overlap;
+pub(crate) mod level;
+pub(crate) mod overlap;
 mod rays;
-mod segment;
-mod shape;
+pub(crate) mod segment;
+pub(crate) mod shape;
 #[cfg(test)]
 mod tests;
-mod tree;
+pub(crate) mod tree;
 
 use radgrad_core::{DVec3, Polygon};
 
-pub use beam::Beam;
-pub(crate) use half_space::Level;
-pub(crate) use level::may_hide;
-pub(crate) use overlap::{above, on_the_way, perimeter};
-use rays::Rays;
-pub use segment::contains;
-pub(crate) use shape::Bounds;
-use shape::Shape;
-use tree::Content;
-pub(crate) use tree::Tree;
+use self::beam::Beam;
+use self::rays::Rays;
+use self::shape::{Bounds, Shape};
+use self::tree::{Content, Tree};
 
 /// An index of polygons for searches by [`Beam`].
 ///
@@ -78,9 +72,6 @@ impl Boxes {
         near
     }
 }
-
-/// Heights over a polygon's plane, relative to the lengths at hand, below which a point is in the plane for rays and segments.
-const LEVEL: f64 = 1e-10;
 
 /// The polygons that a search found, and the boxes and polygons it tested.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]

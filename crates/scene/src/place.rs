@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use crate::words::printable;
+use crate::messages::printable;
 
 /// A position in a file that an error or a note points at.
 ///

@@ -12,9 +12,16 @@ use std::path::Path;
 
 use radgrad_core::DVec3;
 
-use crate::scene::{Coordinates, Digits, Intake, Vertices, Written};
-use crate::words::{self, Words, quoted, without_mark};
-use crate::{Error, Position, Reading, Scene};
+use crate::error::Error;
+use crate::messages::quoted;
+use crate::place::Position;
+use crate::precision::{Coordinates, Digits, Written};
+use crate::reading::Reading;
+use crate::scene::Scene;
+use crate::scene::intake::Intake;
+use crate::scene::vertices::Vertices;
+use crate::words;
+use crate::words::{Words, without_mark};
 
 /// Reads a file.
 ///
@@ -22,7 +29,7 @@ use crate::{Error, Position, Reading, Scene};
 /// If it cannot be read, or something in it is wrong: with the line of the header, or the element counted from 0.
 pub fn read(file: &Path, reading: impl Into<Reading>) -> Result<Scene, Error> {
     let (intake, material) = Intake::of_mesh(file, reading.into())?;
-    let content = crate::open(file, intake.budget())?;
+    let content = crate::reading::open(file, intake.budget())?;
     parse_within(&content, intake, material)?.finish()
 }
 

@@ -3,7 +3,7 @@
 use radgrad_core::DVec3;
 use robust::Coord;
 
-use crate::largest;
+use crate::extremes::largest;
 
 /// Which two coordinates to take, in which order, and the power of two that makes them about 1.
 #[derive(Debug, Clone, Copy)]

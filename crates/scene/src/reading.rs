@@ -2,13 +2,13 @@
 //! may take.
 
 use std::cell::Cell;
-use std::fmt;
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
-use crate::{Degenerate, Error, Overlaps};
+use crate::error::Error;
+use crate::messages::Bytes;
 
 /// Gives the content of a file that another one names. Not generic, so that readers are compiled once.
 pub(crate) type ReadFile<'a> = dyn FnMut(&Path) -> io::Result<Vec<u8>> + 'a;
@@ -39,6 +39,29 @@ pub struct Reading {
     pub overlaps: Overlaps,
     /// Whether every face is turned around, so that it gives and takes light on its other side.
     pub flip: bool,
+}
+
+/// The treatment of faces whose outline crosses itself. Faces without area exchange nothing: they are left out, with a [`crate::Note`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Degenerate {
+    /// Refuse the file, naming the face.
+    #[default]
+    Refuse,
+    /// Leave them out, with a [`crate::Note`].
+    Drop,
+}
+
+/// How faces that overlap in one plane and face the same way are resolved.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Overlaps {
+    /// A face that is there twice is left out once, and one is cut around others that lie in it, each with a [`crate::Note`]. Faces that overlap in
+    /// another way are refused.
+    #[default]
+    Nested,
+    /// The larger one is cut, however they overlap.
+    Cut,
+    /// All are refused.
+    Refuse,
 }
 
 /// Whether the values of the materials are needed. Form factors depend on shapes alone.
@@ -117,20 +140,6 @@ impl Budget {
     }
 }
 
-/// A number of bytes as people read it.
-pub(crate) struct Bytes(pub(crate) u64);
-
-impl fmt::Display for Bytes {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let units = [("GiB", 30), ("MiB", 20), ("KiB", 10)];
-        match units.iter().find(|(_, shift)| self.0 >> shift > 0) {
-            Some((unit, shift)) if self.0.is_multiple_of(1 << shift) => write!(f, "{} {unit}", self.0 >> shift),
-            Some((unit, shift)) => write!(f, "{:.1} {unit}", self.0 as f64 / (1_u64 << shift) as f64),
-            None => write!(f, "{} bytes", self.0),
-        }
-    }
-}
-
 /// The files that a scene names, in its folder.
 #[derive(Debug)]
 pub(crate) struct Folder {
@@ -181,6 +190,11 @@ pub(crate) fn read_regular(path: &Path, budget: &Budget) -> io::Result<Vec<u8>> 
     Ok(content)
 }
 
+/// The content of a scene's own file.
+pub(crate) fn open(file: &Path, budget: &Budget) -> Result<Vec<u8>, Error> {
+    read_regular(file, budget).map_err(|error| Error::Unreadable { file: file.to_owned(), reason: error.to_string() })
+}
+
 /// The content of a regular file of at most `limit` bytes: pipes, devices and folders are refused, which may never end.
 ///
 /// # Errors
@@ -209,12 +223,5 @@ mod tests {
         assert_eq!(error, "texels: reading takes more than the 10 bytes that it may: give more with --budget");
         assert_eq!((budget.remaining(), budget.take_many("b", usize::MAX, 16).is_err()), (3, true));
         assert_eq!(budget.take("c", 3), Ok(()));
-    }
-
-    #[test]
-    fn bytes_are_written_for_people() {
-        for (bytes, text) in [(7, "7 bytes"), (1 << 10, "1 KiB"), (1536, "1.5 KiB"), (256 << 20, "256 MiB"), (3 << 30, "3 GiB")] {
-            assert_eq!(Bytes(bytes).to_string(), text);
-        }
     }
 }

@@ -7,47 +7,38 @@
 //! Everything in a scene is valid: polygons are those of `radgrad-core`, reflectances are in [0, 1], radiances are finite and
 //! not negative, and every index in it exists.
 
-mod arrays;
+pub(crate) mod arrays;
 mod assembly;
 mod bytes;
 mod healing;
-mod intake;
+mod indexed;
+pub(crate) mod intake;
 mod keyhole;
-mod material;
-mod note;
+pub(crate) mod material;
+pub(crate) mod note;
+pub(crate) mod outline;
 pub(crate) mod overlaps;
-mod precision;
-mod prepared;
+pub(crate) mod prepared;
 mod replaced;
-mod seams;
+pub(crate) mod seams;
 pub(crate) mod split;
-mod vertices;
+pub(crate) mod vertices;
 
 use std::f64::consts::PI;
-use std::path::Path;
 use std::sync::Arc;
 
 use radgrad_core::{DVec3, Polygon};
 use serde::Serialize;
 
-use crate::error::candidates;
-use crate::output::extension;
-use crate::texture::{Chart, Quantity, Texture};
-use crate::words::printable;
-use crate::{Error, Place, Reading};
-pub use arrays::GivenFace;
-pub use intake::Degenerate;
-pub(crate) use intake::{Intake, Outline};
-pub(crate) use keyhole::keyhole;
-pub use material::Material;
-pub use note::Note;
-pub use overlaps::Overlaps;
-pub(crate) use precision::{Digits, Written, WrittenPrecision, seems_single};
-use prepared::Indexed;
-pub use prepared::{Placement, Prepared};
-pub use seams::{Closedness, Part, Seam, SeamKind};
-pub(crate) use split::triangles;
-pub(crate) use vertices::{Coordinates, Vertices};
+use self::indexed::Indexed;
+use self::material::Material;
+use self::note::Note;
+use self::split::triangles;
+use crate::error::Error;
+use crate::messages::{candidates, printable};
+use crate::place::Place;
+use crate::texture::chart::Chart;
+use crate::texture::{Quantity, Texture};
 
 /// Named surfaces of polygons with materials.
 ///
@@ -198,37 +189,6 @@ impl Scene {
             modelling,
             indexed: Indexed::default(),
         })
-    }
-
-    /// Reads a scene, as a [`Reading`] says or a [`Degenerate`] alone: `.obj` with its `.mtl` ([`crate::obj`]), `.gltf` or `.glb`
-    /// ([`crate::gltf`]), `.vs3` of `View3D` ([`crate::view3d`]), `.stl` ([`crate::stl`]) and `.ply` ([`crate::ply`]).
-    ///
-    /// ```
-    /// use radgrad_scene::{Degenerate, Scene};
-    /// # let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/scenes/cornell.obj");
-    /// let scene = Scene::read(file, Degenerate::Refuse)?;
-    /// let light = scene.surface_named("light")?;
-    /// println!("{} faces, light {} mm2", scene.faces().len(), scene.area_of(light));
-    /// for note in scene.notes() {
-    ///     println!("{note}"); // cornell.obj:..: `left` is 3.2 off its plane ...
-    /// }
-    /// # assert_eq!(scene.notes().len(), 1);
-    /// # Ok::<(), radgrad_scene::Error>(())
-    /// ```
-    ///
-    /// # Errors
-    /// If a file cannot be read or its format is unknown, with the file; if it breaks its format, with file, line and the expected
-    /// value. Nothing is half-loaded.
-    pub fn read(file: impl AsRef<Path>, reading: impl Into<Reading>) -> Result<Self, Error> {
-        let (file, reading) = (file.as_ref(), reading.into());
-        match extension(file).as_str() {
-            "obj" => crate::obj::read(file, reading),
-            "gltf" | "glb" => crate::gltf::read(file, reading),
-            "vs3" => crate::view3d::read(file, reading),
-            "stl" => crate::stl::read(file, reading),
-            "ply" => crate::ply::read(file, reading),
-            _ => Err(Error::Format { file: file.to_owned() }),
-        }
     }
 
     /// Adds a material and returns its index. One value a channel: `reflectance` in [0, 1], `radiance` finite and not negative.
@@ -561,13 +521,5 @@ mod tests {
         assert_eq!([0, 1, 2].map(|channel| scene.emitted_power(channel)), [4.0 * PI, 6.0 * PI, 0.0]);
         assert_eq!(scene.area_of(surface), 3.0);
         assert_eq!(scene.area_of(9), 0.0);
-    }
-
-    #[test]
-    fn a_file_of_another_format_is_refused_by_its_name() {
-        let error = Scene::read("room.skp", Degenerate::Refuse).unwrap_err();
-        assert_eq!(error, Error::Format { file: "room.skp".into() });
-        let error = Scene::read("no-such-directory/room.OBJ", Degenerate::Refuse).unwrap_err().to_string();
-        assert!(error.starts_with("`no-such-directory/room.OBJ` cannot be read: "), "{error}");
     }
 }

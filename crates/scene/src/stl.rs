@@ -13,9 +13,14 @@ use std::path::Path;
 
 use radgrad_core::DVec3;
 
-use crate::scene::{Intake, Written};
-use crate::words::{Words, lines, quoted};
-use crate::{Error, Position, Reading, Scene};
+use crate::error::Error;
+use crate::messages::quoted;
+use crate::place::Position;
+use crate::precision::Written;
+use crate::reading::Reading;
+use crate::scene::Scene;
+use crate::scene::intake::Intake;
+use crate::words::{Words, lines};
 
 /// Length of the header of a binary file, the number of triangles included, and of a triangle.
 const HEADER: usize = 84;
@@ -27,7 +32,7 @@ const TRIANGLE: usize = 50;
 /// If it cannot be read, or something in it is wrong: with the line, or the triangle counted from 0.
 pub fn read(file: &Path, reading: impl Into<Reading>) -> Result<Scene, Error> {
     let (intake, material) = Intake::of_mesh(file, reading.into())?;
-    let content = crate::open(file, intake.budget())?;
+    let content = crate::reading::open(file, intake.budget())?;
     parse_within(&content, intake, material)?.finish()
 }
 

@@ -7,19 +7,17 @@
 //!
 //! A [`Chart`] gives `(u, v)` as an affine function of the position on a face.
 
-mod chart;
-mod cut;
-mod image;
+pub(crate) mod chart;
+pub(crate) mod cut;
+pub(crate) mod image;
 
 use std::fmt;
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Error, largest};
-pub use chart::Chart;
-pub use cut::Piece;
-pub(crate) use image::{decode, format_of, is_png};
+use crate::error::Error;
+use crate::extremes::largest;
 
 /// The quantity of a material that a texture varies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -31,11 +31,16 @@ use std::path::Path;
 
 use radgrad_core::{DVec3, Polygon};
 
-use crate::reading::Budget;
-use crate::scene::{Intake, Vertices};
-use crate::words::{Words, lines, quoted};
-use crate::{Error, Place, Position, Reading, Scene};
-pub use matrix::{MatrixHeader, write_matrix};
+pub use self::matrix::{MatrixHeader, write_matrix};
+use self::shape::{data_of, is_separator};
+use crate::error::Error;
+use crate::messages::quoted;
+use crate::place::{Place, Position};
+use crate::reading::{Budget, Reading};
+use crate::scene::Scene;
+use crate::scene::intake::Intake;
+use crate::scene::vertices::Vertices;
+use crate::words::{Words, lines};
 
 /// Reads a file.
 ///
@@ -44,7 +49,7 @@ pub use matrix::{MatrixHeader, write_matrix};
 pub fn read(file: &Path, reading: impl Into<Reading>) -> Result<Scene, Error> {
     let reading = reading.into();
     let budget = Budget::new(reading.budget);
-    parse_within(&crate::open(file, &budget)?, Intake::new(Scene::new(["grey"])?, file, reading, &budget))?.finish()
+    parse_within(&crate::reading::open(file, &budget)?, Intake::new(Scene::new(["grey"])?, file, reading, &budget))?.finish()
 }
 
 /// Reads the text of a file. `file` is its name in messages.
@@ -86,18 +91,6 @@ fn parse_within(text: &[u8], mut intake: Intake) -> Result<Intake, Error> {
     }
     // Without its end a file may have lost surfaces.
     Err(Error::expected("a line `End of data`", "the end of the file").at_place(reader.intake.place(Position::File)))
-}
-
-const fn is_separator(c: char) -> bool {
-    matches!(c, ' ' | ',' | '\t' | '\r')
-}
-
-/// The line up to a comment: a word that starts with `!` or `/`.
-fn data_of(line: &str) -> &str {
-    let bytes = line.as_bytes();
-    let starts_word = |i: usize| i == 0 || is_separator(char::from(bytes[i - 1]));
-    let comment = (0..bytes.len()).find(|&i| matches!(bytes[i], b'!' | b'/') && starts_word(i));
-    line[..comment.unwrap_or(line.len())].trim_ascii()
 }
 
 /// The role of a surface.

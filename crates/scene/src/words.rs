@@ -2,8 +2,9 @@
 
 use std::borrow::Cow;
 
-use crate::Error;
-use crate::scene::{Coordinates, Digits, Written};
+use crate::error::Error;
+use crate::messages::quoted;
+use crate::precision::{Coordinates, Digits, Written};
 
 /// The words of a statement that are not read yet.
 #[derive(Debug, Clone)]
@@ -82,36 +83,6 @@ pub(crate) fn number(word: Option<&str>, what: &str) -> Result<f64, Error> {
             Err(Error::expected(format!("a number {form}({what})"), given))
         }
     }
-}
-
-/// A word as it is shown in messages.
-pub(crate) fn quoted(word: Option<&str>) -> String {
-    const LONGEST: usize = 60;
-    let Some(word) = word else { return "the end of the line".to_owned() };
-    match word.char_indices().nth(LONGEST) {
-        Some((end, _)) => format!("`{}...`", printable(&word[..end])),
-        None => format!("`{}`", printable(word)),
-    }
-}
-
-/// A text with the characters escaped that a terminal obeys rather than shows: control characters, and those that turn the
-/// direction of writing.
-///
-/// ```
-/// assert_eq!(radgrad_scene::printable("a\u{1b}[2Jb"), "a\\u{1b}[2Jb");
-/// assert_eq!(radgrad_scene::printable("caf\u{e9}"), "caf\u{e9}");
-/// ```
-#[must_use]
-pub fn printable(text: &str) -> Cow<'_, str> {
-    let obeyed = |c: char| {
-        let turns = matches!(c, '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
-        c.is_control() || turns
-    };
-    if !text.contains(obeyed) {
-        return Cow::Borrowed(text);
-    }
-    let escaped = |c: char| if obeyed(c) { c.escape_default().to_string() } else { c.to_string() };
-    Cow::Owned(text.chars().map(escaped).collect())
 }
 
 /// A file without the byte order mark that some editors put before UTF-8.

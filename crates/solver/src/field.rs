@@ -4,15 +4,12 @@
 //! restriction. Those above hold its projection, pulled up from the children, with the remainder: the mean square of the leaves'
 //! radiosity, and a bound on the difference between the leaves' radiosity and the element's polynomial.
 
-use radgrad_scene::{largest, smallest};
+use radgrad_scene::largest;
 use rayon::prelude::*;
-pub(crate) mod acceleration;
-pub(crate) mod gathering;
 
 use crate::bytes::bytes_of;
-use crate::links::cluster::glow::ClusterEmission;
-use crate::links::transfer::{Kernel, Row};
 use crate::mesh::Mesh;
+use crate::mesh::glow::ClusterEmission;
 
 /// A piecewise polynomial radiosity.
 #[derive(Debug, Clone, Default)]
@@ -160,46 +157,14 @@ impl Field {
         ClusterEmission { power, ..ClusterEmission::default() }.over(area, area * self.mean_square[element][channel])
     }
 
-    /// Bound on the light that a link to `source` neglects, at the node of `row`: the part of the leaves' radiosity beyond the
-    /// source's polynomial, to which all polynomials of the basis are orthogonal.
-    ///
-    /// With m its largest magnitude and s its root mean square the gather of it is at most `F m`; `(k_max - k_min) s/2`, since a
-    /// constant may be taken from the kernel k; and s times the remainder of the best polynomial for k, by `|D^j k|/j!` for j up to
-    /// `degree + 1` ([`crate::mesh::remainder`]).
-    pub(crate) fn neglected(&self, mesh: &Mesh, source: usize, channel: usize, row: &Row) -> f64 {
-        let (most, rms) = (self.truncation[source][channel], self.rms[source][channel]);
-        if most == 0.0 || rms == 0.0 || row.factor() == 0.0 {
-            return 0.0;
-        }
-        let smoothly = self.smoothly_neglected(mesh, source, channel, &row.kernel);
-        smallest(smallest(row.factor() * most, smoothly), row.truncation() * rms)
-    }
-
     /// Bound on the magnitude of the leaves' radiosity less the element's polynomial.
     pub(crate) fn left_out(&self, element: usize, channel: usize) -> f64 {
         self.truncation[element][channel]
     }
 
-    /// The same for a source that has no row, by a bound on its form factor and by its kernel.
-    pub(crate) fn neglected_by(&self, mesh: &Mesh, source: usize, channel: usize, (factor, kernel): (f64, &Kernel)) -> f64 {
-        let smoothly = self.smoothly_neglected(mesh, source, channel, kernel);
-        smallest(factor * self.left_out(source, channel), smoothly)
-    }
-
-    /// The same by the kernel alone.
-    pub(crate) fn smoothly_neglected(&self, mesh: &Mesh, source: usize, channel: usize, kernel: &Kernel) -> f64 {
-        let rms = self.rms[source][channel];
-        if rms == 0.0 {
-            return 0.0;
-        }
-        let (basis, element) = (mesh.basis(source), &mesh.elements()[source]);
-        let mut least = 0.5 * (kernel.peak - kernel.least) * rms;
-        if kernel.smooth {
-            for order in 1..=basis.degree() + 1 {
-                least = smallest(least, kernel.derivative(order) * element.remainder(order) * rms);
-            }
-        }
-        least
+    /// Bound on the root mean square of that.
+    pub(crate) fn left_out_rms(&self, element: usize, channel: usize) -> f64 {
+        self.rms[element][channel]
     }
 
     /// Root mean square over an element of the leaves' radiosity less the polynomial.

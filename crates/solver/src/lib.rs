@@ -35,6 +35,7 @@ mod clock;
 mod error;
 mod estimate;
 mod field;
+mod gathering;
 mod links;
 mod mesh;
 mod once;

@@ -5,6 +5,7 @@ pub(crate) mod cluster;
 pub(crate) mod direct;
 pub(crate) mod gatherer;
 pub(crate) mod link;
+mod neglected;
 pub(crate) mod rays;
 pub(crate) mod refine;
 pub(crate) mod station;

@@ -4,6 +4,7 @@ pub(crate) mod basis;
 pub(crate) mod clusters;
 pub(crate) mod contact;
 pub(crate) mod element;
+pub(crate) mod glow;
 pub(crate) mod outline;
 pub(crate) mod overlap;
 pub(crate) mod partition;

@@ -1,7 +1,7 @@
 //! The discrete system that is solved: elements, and the links between them.
 
 use crate::field::Field;
-use crate::field::gathering::{Equation, irradiance};
+use crate::gathering::{Equation, irradiance};
 use crate::links::cell::Rules;
 use crate::links::cluster::far::Far;
 use crate::links::direct::Lamps;

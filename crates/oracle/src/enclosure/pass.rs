@@ -200,7 +200,7 @@ impl<T: Real> Prepared<T> {
         Tolerances { value: 1e-3 * value, gradient: 1e-3 * value }
     }
 
-    pub(crate) fn plan(&self, tolerances: Tolerances) -> Result<Plan, Error> {
+    pub(crate) fn plan(&self, tolerances: Tolerances, most: u64) -> Result<Plan, Error> {
         let mut share = SHARE;
         loop {
             let mut plan = Plan { fans: Vec::new(), rays: Vec::new(), evaluations: 0 };
@@ -212,6 +212,9 @@ impl<T: Real> Prepared<T> {
                     plan.evaluations += cells.iter().map(|c| (c.orders[0].count * c.orders[1].count) as u64).sum::<u64>();
                     error += cells.iter().map(|c| c.orders[0].error + c.orders[1].error).sum::<f64>();
                     plan.fans.push(cells);
+                    if plan.evaluations > most {
+                        return Ok(plan);
+                    }
                 }
             }
             for ray in &self.rays {

@@ -2,8 +2,9 @@
 
 use serde::ser::{Serialize, SerializeStruct, Serializer};
 
-use super::{DerivativesRecord, Id};
-use crate::Error;
+use super::derivatives::{DerivativesRecord, finite};
+use super::id::Id;
+use crate::error::Error;
 
 /// The output for a case that has an answer.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
@@ -79,10 +80,6 @@ impl AnswerRecord {
         let bound = self.hessian_error.map(|error| ("the bound on the Hessian", error));
         named.into_iter().chain(second).chain(bound).try_for_each(|(what, value)| finite(what, value))
     }
-}
-
-pub(super) fn finite(what: &str, value: f64) -> Result<(), Error> {
-    if value.is_finite() { Ok(()) } else { Err(Error::NotFinite { what: what.to_owned(), value }) }
 }
 
 /// Radiosity and gradient in decimal digits with their proven bounds, all of them strings.

@@ -2,8 +2,7 @@
 
 use serde::Serialize;
 
-use super::answer::finite;
-use crate::Error;
+use crate::error::Error;
 
 /// A derivative with a proven bound on its error; a vector's on the Euclidean norm.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -59,4 +58,8 @@ impl DerivativesRecord {
         vectors.flat_map(|derivative| derivative.value).chain(numbers).try_for_each(|value| finite("a derivative", value))?;
         Ok(record)
     }
+}
+
+pub(super) fn finite(what: &str, value: f64) -> Result<(), Error> {
+    if value.is_finite() { Ok(()) } else { Err(Error::NotFinite { what: what.to_owned(), value }) }
 }

@@ -3,7 +3,8 @@
 use radgrad_core::{DVec3, Emission, Error, Polynomial};
 use serde::{Deserialize, Serialize};
 
-use super::point::{self, Point};
+use super::point;
+use super::point::Point;
 
 /// `{"constant": b}`, `{"vertices": [b0, b1, ...]}`, `{"value": b0, "gradient": [x, y, z]}` `{"polynomial": {...}}`
 /// or `{"expression": "1 + x*exp(-y)"}`.

@@ -15,7 +15,9 @@ use std::collections::BinaryHeap;
 use radgrad_core::{DVec3, Emission, Emitter, Method, Polygon, Polynomial, Receiver, effort, evaluate_to};
 
 use super::expression::Expression;
-use crate::{Error, largest, triangulate};
+use crate::error::Error;
+use crate::extremes::largest;
+use crate::scene::split::triangles;
 
 const FINE: usize = 6;
 const COARSE: usize = 4;
@@ -123,7 +125,7 @@ pub(super) fn estimate(
         });
     }
     let task = Task::new(receiver, polygon, occluders, expression, tolerance)?;
-    let corners = triangulate(polygon.vertices()).unwrap_or_default();
+    let corners = triangles(polygon.vertices()).unwrap_or_default();
     let mut pieces = Vec::new();
     for corners in corners {
         pieces.extend(task.piece(corners.map(|i| polygon.vertices()[i] * task.scale))?);

@@ -5,7 +5,7 @@
 
 use radgrad_core::DVec3;
 
-use crate::Error;
+use crate::error::Error;
 
 /// Deeper than that nobody nests by hand, and the stack of a thread has room for it.
 const DEEPEST: usize = 100;
@@ -38,7 +38,7 @@ const FUNCTIONS: [(&str, OfOne); 16] = [
 
 /// Functions of two.
 const OF_TWO: [(&str, OfTwo); 4] =
-    [("atan2", libm::atan2), ("max", crate::largest), ("min", crate::smallest), ("pow", libm::pow)];
+    [("atan2", libm::atan2), ("max", crate::extremes::largest), ("min", crate::extremes::smallest), ("pow", libm::pow)];
 
 /// An expression of the position.
 #[derive(Debug, Clone)]

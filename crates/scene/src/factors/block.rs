@@ -7,10 +7,10 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::culling::Wanted;
-use super::matrix::Pair;
+use super::matrix::{FactorMatrix, Pair};
 use super::pair::Known;
-use super::{FactorMatrix, FactorSettings, FormFactors};
-use crate::Error;
+use super::{FactorSettings, FormFactors};
+use crate::error::Error;
 
 /// Pairs of faces whose lower face has its row in a block of rows.
 ///

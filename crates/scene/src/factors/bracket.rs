@@ -35,11 +35,12 @@ pub(super) use self::edge::share_outside;
 use self::edge::{Passing, passing};
 pub(super) use self::fusion::{Partial, fuse};
 use self::nesting::nest;
-use super::exchange::{Exchange, exchange_parts};
+use super::exchange::areas::Exchange;
+use super::exchange::exchange_parts;
 use super::rule::patches;
 use super::screen::{Cells, Screen, Sight, Undecided};
-use super::{larger, smaller};
-use crate::occluders::perimeter;
+use crate::extremes::{largest as larger, smallest as smaller};
+use crate::occluders::overlap::perimeter;
 
 /// Two faces and what may hide one from the other, with coordinates up to 1.
 pub(super) struct TwoFaces<'a> {

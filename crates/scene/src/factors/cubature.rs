@@ -21,9 +21,10 @@ use super::bracket::{Hider, Mixed};
 use super::point_factor::PointFactor;
 use super::rule::{Patch, nodes_of, patches};
 use super::screen::{Cells, Screen, Sight as Visible};
-use super::{FormFactors, Sighting, larger, smaller};
-use crate::Error;
-use crate::occluders::{above, on_the_way};
+use super::{FormFactors, Sighting};
+use crate::error::Error;
+use crate::extremes::{largest as larger, smallest as smaller};
+use crate::occluders::overlap::{above, on_the_way};
 
 /// Points a side of two product rules, and whether cells are cut along events first.
 #[derive(Debug, Clone, Copy)]

@@ -10,9 +10,10 @@
 //! count as in it, as in [`crate::Beam::from_polygon`]. Far away the sum cancels, and [`far`] integrates the kernel itself. Of faces that are thin or
 //! small for their distance roundings of the large one are left, and [`points`] integrates what is seen from them.
 
+pub(super) mod areas;
 mod clip;
-mod edges;
-mod far;
+pub(super) mod edges;
+pub(super) mod far;
 mod planar;
 mod points;
 mod skew;
@@ -20,46 +21,15 @@ mod skew;
 #[cfg(test)]
 mod tests;
 
-pub(super) use self::far::Part;
 use radgrad_core::{DVec3, Polygon};
 
-pub(super) use self::edges::mean_logarithm;
-use super::{larger, middle, smaller};
-use crate::occluders::perimeter;
+use self::areas::{Exchange, FlatOutline, ROUNDOFF};
+use self::edges::mean_logarithm;
+use self::far::Part;
+use super::rule::middle;
+use crate::extremes::{largest as larger, smallest as smaller};
+use crate::occluders::overlap::perimeter;
 use crate::projection::normalising_power;
-
-/// An area that is exchanged, and a bound on its error.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct Exchange {
-    pub(super) area: f64,
-    pub(super) error: f64,
-}
-
-impl Exchange {
-    /// One of which only this range is known.
-    pub(super) fn within([least, most]: [f64; 2]) -> Self {
-        // Rounded, it may be nearer to one end than to the other, and even that end.
-        let area = 0.5 * (least + most);
-        Self { area, error: larger(most - area, area - least) * (1.0 + 2.0 * f64::EPSILON) }
-    }
-
-    /// The exchange of what remains without a part. `off` is a bound on what the cut between the two moved.
-    pub(super) fn without(self, part: Self, off: f64) -> Self {
-        let area = self.area - part.area;
-        Self { area, error: self.error + part.error + off + f64::EPSILON * self.area.abs() }
-    }
-
-    pub(super) const fn most(self) -> f64 {
-        self.area + self.error
-    }
-
-    pub(super) const fn least(self) -> f64 {
-        self.area - self.error
-    }
-}
-
-/// Unit roundoff.
-const ROUNDOFF: f64 = f64::EPSILON / 2.0;
 
 /// Relative truncation that is allowed where all digits are wanted.
 pub(super) const ALL_DIGITS: f64 = 4e-14;
@@ -74,19 +44,6 @@ pub(super) const RESOLVED: f64 = 1e-9;
 /// Points for that: the first number mostly, the second where the sum says less than this over the area.
 const POINTS: [usize; 2] = [2_000, 10_000];
 const UNRESOLVED: f64 = 1e-4;
-
-/// A flat outline, a polygon or a part of one.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct FlatOutline<'a> {
-    pub(super) points: &'a [DVec3],
-    /// The unit normal of its plane.
-    pub(super) normal: DVec3,
-    /// Perimeter over area of what the plane is known from.
-    pub(super) slope: f64,
-    /// Distance by which points are off the plane.
-    pub(super) defect: f64,
-    pub(super) area: f64,
-}
 
 /// The exchange of `from` and `to`, with about that much truncation allowed, over the result, and an error of `resolved` over the smaller area;
 /// exactly 0 where neither has a point in front of the other.

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::rule::patches;
 use super::{FormFactors, Hiding};
-use crate::Error;
+use crate::error::Error;
 
 /// A cell of a grid on a face.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -7,8 +7,10 @@ use serde::{Deserialize, Serialize};
 
 use super::culling::Wanted;
 use super::pair::Known;
-use super::{FactorSettings, FormFactors, larger, smaller};
-use crate::{Error, Scene};
+use super::{FactorSettings, FormFactors};
+use crate::error::Error;
+use crate::extremes::{largest as larger, smallest as smaller};
+use crate::scene::Scene;
 
 /// A factor of a row.
 #[derive(Debug, Clone, Copy, PartialEq)]

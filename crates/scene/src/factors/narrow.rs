@@ -7,9 +7,10 @@
 
 use rayon::prelude::*;
 
-use super::matrix::Pair;
-use super::{FactorMatrix, FactorSettings, FormFactors, larger};
-use crate::Error;
+use super::matrix::{FactorMatrix, Pair};
+use super::{FactorSettings, FormFactors};
+use crate::error::Error;
+use crate::extremes::largest as larger;
 
 /// What narrowing took, and what would be left to do.
 #[derive(Debug, Clone, Copy, PartialEq)]

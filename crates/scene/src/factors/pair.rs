@@ -11,14 +11,17 @@ use smallvec::SmallVec;
 
 use super::bracket::{Bracket, Hider, Search, TwoFaces};
 use super::cubature::{Goal, Hiding, Rule};
-use super::culling::{Place, Wanted};
-use super::exchange::{ALL_DIGITS, Exchange, exchange, exchange_apart};
+use super::culling::Wanted;
+use super::exchange::areas::Exchange;
+use super::exchange::{ALL_DIGITS, exchange, exchange_apart};
+use super::neighbours::Place;
 use super::point_factor::PointFactor;
-use super::rule::{nodes_of, patches};
+use super::rule::{middle, nodes_of, patches};
 use super::screen::{Cells, Screen, Sight, Undecided};
-use super::{FactorSettings, FormFactors, Front, Sphere, larger, middle, smaller};
-use crate::Error;
-use crate::occluders::Bounds;
+use super::{FactorSettings, FormFactors, Front, Sphere};
+use crate::error::Error;
+use crate::extremes::{largest as larger, smallest as smaller};
+use crate::occluders::shape::Bounds;
 
 /// A form factor with a proven bracket.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -18,7 +18,7 @@ pub fn exchange(from: &Polygon, to: &Polygon, truncation: f64, resolved: f64) ->
 /// `(a.b) int_0^1 int_0^1 ln|x(s) - y(t)| ds dt` over two edges, and the bound on its error, with so much truncation of the mean logarithm allowed.
 #[must_use]
 pub fn mean_logarithm(a: [DVec3; 2], b: [DVec3; 2], truncation: f64) -> [f64; 2] {
-    super::exchange::mean_logarithm(a, b, truncation).into()
+    super::exchange::edges::mean_logarithm(a, b, truncation).into()
 }
 
 /// Bounds on the share of the segments between two convex cells that pass outside an edge.
@@ -31,7 +31,7 @@ pub fn share_outside(cells: [&Polygon; 2], edge: [DVec3; 2]) -> [f64; 2] {
 /// A bound on the form factor that a polygon hides of an emitter from a point of a surface, if planes of surfaces say that it hides nothing.
 #[must_use]
 pub fn may_hide(point: DVec3, surface: &Polygon, emitter: &Polygon, other: &Polygon) -> f64 {
-    occluders::may_hide(point, surface, emitter, other)
+    occluders::level::may_hide(point, surface, emitter, other)
 }
 
 /// The height of a point over a screen, 0 where it is level with it up to rounding.

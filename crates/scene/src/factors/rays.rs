@@ -7,44 +7,35 @@
 //! |---|---|---|
 //! | spheres around the two meet, and nothing is between them | their exchange in free sight, as [`super::exchange`] has it | its bound |
 //! | areas alike | both counts together, over `n/A_i + n/A_j`: each way weighted by the inverse of its variance | of 2 n trials ([`limits`]) |
-//! | areas more than [`ALIKE`] apart | the count from the smaller face, whose factor is the larger one; the other way would add little | of n trials |
+//! | areas more than [`pairs::ALIKE`] apart | the count from the smaller face, whose factor is the larger one; the other way would add little | of n trials |
 //!
 //! The exchange is one number a pair, so factors are reciprocal; the open share, that part of its view in which a face sees no other, is 1 less its
 //! row, and never below 0. Each pair that was counted is then multiplied by `x_i x_j`, which are next to 1, so that rows and the open shares that
-//! rays saw add up to their faces ([`pairs`]): rows of faces that no ray left the scene from sum to 1 up to [`CLOSED`].
+//! rays saw add up to their faces ([`pairs`]): rows of faces that no ray left the scene from sum to 1 up to [`pairs::CLOSED`].
 //!
 //! The number of rays follows from the error and the confidence that are asked for before any is drawn (M. Pellegrini 1995): the intervals of all pairs and
 //! open shares hold together with that confidence. Every count depends on the seed, the face and the scene alone, and sums are taken in the order of faces: so
 //! answers do not depend on how many threads or machines the rows were computed on.
 
-mod blocks;
+pub(crate) mod blocks;
 mod bytes;
 mod draw;
 mod limits;
-mod operator;
-mod pairs;
+pub(crate) mod operator;
+pub(crate) mod pairs;
 #[cfg(test)]
 mod tests;
 
 use radgrad_core::{DVec3, Polygon};
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 
-pub use blocks::BlockOperator;
-pub use operator::{Certified, FactorOperator};
-pub use pairs::{RayEntry, RayFactors, RayRow};
-
-use super::{FactorSettings, FormFactors, larger};
-use crate::Error;
-use crate::occluders::{Bounds, Tree};
-use draw::{Grid, Source};
-use pairs::{Known, Near};
-
-/// The larger area over the smaller one, up to which both ways of a pair count.
-const ALIKE: f64 = 2.4;
-
-/// How near to 1 rows are brought.
-const CLOSED: f64 = 1e-9;
+use self::draw::{Grid, Source};
+use self::pairs::{Counted, Known, Near, RayFactors, short};
+use super::{FactorSettings, FormFactors};
+use crate::error::Error;
+use crate::extremes::largest as larger;
+use crate::occluders::shape::Bounds;
+use crate::occluders::tree::Tree;
 
 /// Settings of factors by rays.
 ///
@@ -105,22 +96,6 @@ impl RaySettings {
     fn logarithm(&self, faces: usize) -> f64 {
         let intervals = 0.5 * faces as f64 * (faces as f64 + 1.0);
         libm::log(2.0 * larger(intervals, 1.0) / (1.0 - self.confidence))
-    }
-}
-
-/// The faces that the rays of a face met: an interrupted run keeps these counts for the next one, and machines send them to each other.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Counted {
-    face: u32,
-    /// Faces that were met, ascending, and how often.
-    met: Vec<(u32, u32)>,
-}
-
-impl Counted {
-    /// The face.
-    #[must_use]
-    pub const fn face(&self) -> usize {
-        self.face as usize
     }
 }
 
@@ -266,9 +241,4 @@ impl FormFactors<'_> {
         };
         boxes.par_iter().enumerate().with_max_len(16).map(of_face).collect()
     }
-}
-
-/// A face's index where it is stored; there are fewer than 2^32.
-fn short(face: usize) -> u32 {
-    u32::try_from(face).unwrap_or(u32::MAX)
 }

@@ -11,9 +11,10 @@
 //! for. The ends are first set where the bound is met still, and only where rows cannot sum to 1 so, at those
 //! of the brackets.
 
-use super::{FactorMatrix, FactorSettings};
-use super::{larger, smaller};
-use crate::Error;
+use super::FactorSettings;
+use super::matrix::FactorMatrix;
+use crate::error::Error;
+use crate::extremes::{largest as larger, smallest as smaller};
 
 /// How far a repair moved factors.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -51,7 +52,7 @@ impl FactorMatrix {
             return Err(Error::expected("all rows of a matrix that is to be repaired", "a block of them"));
         }
         let worst = self.unclosed().map(|face| (face, self.sum(face))).max_by(|a, b| {
-            let off = |sum: &super::SurfaceFactor| larger(sum.lower - 1.0, 1.0 - sum.upper);
+            let off = |sum: &super::matrix::SurfaceFactor| larger(sum.lower - 1.0, 1.0 - sum.upper);
             off(&a.1).total_cmp(&off(&b.1))
         });
         if let Some((face, sum)) = worst {

@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 use radgrad_core::DVec3;
 
 use crate::projection::Projection;
-use crate::scene::triangles;
+use crate::scene::split::triangles;
 
 /// Most nodes of a rule on an interval.
 pub(super) const MOST_NODES: usize = 16;
@@ -122,6 +122,11 @@ pub(super) struct Node {
     pub(super) share: f64,
     /// Its place in the patch, from -1 to 1 each way.
     pub(super) place: [f64; 2],
+}
+
+/// The mean of some points.
+pub(super) fn middle(points: &[DVec3]) -> DVec3 {
+    points.iter().sum::<DVec3>() / points.len() as f64
 }
 
 /// A product Gauss rule of `per_side` squared points on each patch of a polygon.

@@ -22,9 +22,10 @@ use std::cell::OnceCell;
 use radgrad_core::{DVec3, Polygon};
 use robust::{Coord3D, orient3d};
 
-use super::rule::patches;
-use super::{larger, middle, smaller};
-use crate::occluders::{Level, perimeter};
+use super::rule::{middle, patches};
+use crate::extremes::{largest as larger, smallest as smaller};
+use crate::occluders::half_space::Level;
+use crate::occluders::overlap::perimeter;
 use crate::projection::normalising_power;
 
 /// Corners up to which a cell is looked at.

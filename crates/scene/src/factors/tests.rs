@@ -1,9 +1,12 @@
 use radgrad_core::{DMat3, DVec3, Emission, Emitter, Polygon, Receiver, radiosity};
 
-use super::exchange::{ALL_DIGITS, Exchange, RESOLVED};
+use super::exchange::areas::Exchange;
+use super::exchange::{ALL_DIGITS, RESOLVED};
 use super::screen::{Cells, Undecided};
-use super::{FactorSettings, FormFactors, larger, smaller};
-use crate::{Error, Scene};
+use super::{FactorSettings, FormFactors};
+use crate::error::Error;
+use crate::extremes::{largest as larger, smallest as smaller};
+use crate::scene::Scene;
 
 fn exchange(from: &Polygon, to: &Polygon) -> Exchange {
     super::exchange::exchange(from, to, ALL_DIGITS, RESOLVED)

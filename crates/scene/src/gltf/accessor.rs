@@ -4,11 +4,11 @@ use std::borrow::Cow;
 
 use radgrad_core::DVec3;
 
-use super::document::{self, Document};
-use super::{Fault, buffer};
-use crate::Error;
+use super::document::{Document, Fault};
+use super::{buffer, document};
+use crate::error::Error;
+use crate::messages::quoted;
 use crate::reading::Budget;
-use crate::words::quoted;
 
 /// The document, buffers and budget that accessors refer to.
 #[derive(Debug, Clone, Copy)]

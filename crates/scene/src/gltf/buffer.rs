@@ -4,11 +4,11 @@ use std::borrow::Cow;
 use std::io;
 use std::path::Path;
 
-use super::Fault;
-use super::document::{self, Document};
-use crate::Error;
+use super::document;
+use super::document::{Document, Fault};
+use crate::error::Error;
+use crate::messages::{printable, quoted};
 use crate::reading::{Budget, ReadFile};
-use crate::words::{printable, quoted};
 
 const GLB: &[u8] = b"glTF";
 const JSON: &[u8] = b"JSON";

@@ -5,9 +5,11 @@ use std::collections::HashMap;
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 
-use super::Fault;
-use crate::Error;
-use crate::words::printable;
+use crate::error::Error;
+use crate::messages::printable;
+
+/// An error, with the member in which it is.
+pub(super) type Fault = (String, Error);
 
 /// The extension that lets materials emit more than 1.
 pub(super) const EMISSIVE_STRENGTH: &str = "KHR_materials_emissive_strength";

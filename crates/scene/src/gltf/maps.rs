@@ -3,12 +3,14 @@
 use std::borrow::Cow;
 use std::sync::Arc;
 
-use super::buffer;
-use super::document::{self, Document, TextureUse, Transform};
+use super::document::{Document, TextureUse, Transform};
+use super::{buffer, document};
+use crate::error::Error;
+use crate::place::Position;
 use crate::reading::ReadFile;
-use crate::scene::Intake;
-use crate::texture::{self, Quantity, Texture, Wrap};
-use crate::{Error, Position};
+use crate::scene::intake::Intake;
+use crate::texture;
+use crate::texture::{Quantity, Texture, Wrap};
 
 /// The maps of a material: of the reflectance and of the radiance.
 pub(super) type Maps = [Option<Map>; 2];
@@ -83,7 +85,7 @@ fn load(
     images: &mut [Option<Loaded>],
     intake: &mut Intake,
     read: &mut ReadFile<'_>,
-) -> Result<Loaded, super::Fault> {
+) -> Result<Loaded, document::Fault> {
     let member = format!("textures[{}]", used.index);
     let Some(texture) = document.textures.get(used.index) else {
         return Err((member, document::no_such("texture", used.index, document.textures.len())));
@@ -134,7 +136,7 @@ fn open(
     index: usize,
     intake: &mut Intake,
     read: &mut ReadFile<'_>,
-) -> Result<Loaded, super::Fault> {
+) -> Result<Loaded, document::Fault> {
     let (image, member) = (&document.images[index], format!("images[{index}]"));
     let place = intake.place(Position::Member(member.clone()));
     let content = match (&image.uri, image.buffer_view) {
@@ -149,12 +151,12 @@ fn open(
         (None, Some(view)) => Cow::Borrowed(buffer::view(document, buffers, view)?),
         (None, None) => return Err((member, Error::expected("a `uri` or a `bufferView`", "none"))),
     };
-    if !texture::is_png(&content) {
-        let format = texture::format_of(&content);
+    if !texture::image::is_png(&content) {
+        let format = texture::image::format_of(&content);
         intake.ignore(place, format!("a texture is {format} and would have to be a PNG: factors hold all over the face"));
         return Ok(None);
     }
-    let (texture, transparent) = texture::decode(&content, &member, intake.budget()).map_err(|error| (member, error))?;
+    let (texture, transparent) = texture::image::decode(&content, &member, intake.budget()).map_err(|error| (member, error))?;
     if transparent {
         intake.ignore(place, "transparency is not used: every face is opaque".to_owned());
     }

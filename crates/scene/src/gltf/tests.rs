@@ -3,8 +3,8 @@
 use serde_json::{Value, json};
 
 use super::*;
-use crate::Degenerate;
-use crate::Quantity;
+use crate::reading::Degenerate;
+use crate::texture::Quantity;
 
 /// Bytes of a square of side 1 in z = 0 and of its two triangles, counter-clockwise from above: 4 positions, 6 short indices.
 fn square() -> Vec<u8> {

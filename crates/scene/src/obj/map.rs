@@ -10,11 +10,14 @@ use std::io;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use crate::error::Error;
+use crate::messages::{printable, quoted};
+use crate::place::Place;
 use crate::reading::ReadFile;
-use crate::scene::Intake;
-use crate::texture::{self, Quantity, Texture, Wrap};
-use crate::words::{Words, printable, quoted};
-use crate::{Error, Place};
+use crate::scene::intake::Intake;
+use crate::texture;
+use crate::texture::{Quantity, Texture, Wrap};
+use crate::words::Words;
 
 /// A texture as a library names it.
 #[derive(Debug)]
@@ -155,15 +158,15 @@ fn open(map: &Map, quantity: Quantity, intake: &mut Intake, read: &mut ReadFile<
     let name = map.file.display().to_string();
     let content = read(&map.file);
     let why = match content {
-        Ok(content) if texture::is_png(&content) => {
-            let decoded = texture::decode(&content, &name, intake.budget());
+        Ok(content) if texture::image::is_png(&content) => {
+            let decoded = texture::image::decode(&content, &name, intake.budget());
             let (texture, transparent) = decoded.map_err(|error| error.at_place(map.place.clone()))?;
             if transparent {
                 intake.ignore(map.place.clone(), "transparency is not used: every face is opaque".to_owned());
             }
             return Ok(Some(Arc::new(texture.turned_over())));
         }
-        Ok(content) => format!("is {} and would have to be a PNG", texture::format_of(&content)),
+        Ok(content) => format!("is {} and would have to be a PNG", texture::image::format_of(&content)),
         Err(error) if error.kind() == io::ErrorKind::FileTooLarge => {
             return Err(intake.budget().exceeded(&format!("`{}`", printable(&name))).at_place(map.place.clone()));
         }

@@ -8,14 +8,17 @@
 //! Statements before the first `newmtl` are not read, and a file without it is no library: no message quotes from there, as a scene
 //! may name any file.
 
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::Path;
 
 use super::map::{Map, Textures};
-use super::{Library, for_each_statement};
-use crate::scene::Intake;
+use super::statements::for_each_statement;
+use crate::error::Error;
+use crate::messages::{candidates, quoted};
+use crate::place::{Place, Position};
+use crate::scene::intake::Intake;
 use crate::texture::Quantity;
-use crate::words::{Words, quoted};
-use crate::{Error, Place, Position};
+use crate::words::Words;
 
 /// A material of which not all is read yet.
 struct Entry {
@@ -158,5 +161,50 @@ fn add(entry: Entry, intake: &mut Intake, library: &mut Library, textures: &mut 
             library.add_unknown(&name, error.at_place(place), intake).map(|_| ())
         }
         Err(error) => Err(error.at_place(reflectance.place)),
+    }
+}
+
+/// Unknown materials whose names are compared with all others, to say which was probably meant.
+const MOST_COMPARED: usize = 64;
+
+/// Materials by their names, those of libraries and those that are only asked for.
+#[derive(Default)]
+pub(super) struct Library {
+    /// Index of each by its name.
+    pub(super) names: HashMap<String, usize>,
+    /// Those that are black for want of their values; a name may be given again.
+    pub(super) unknown: BTreeSet<usize>,
+    /// Of these, where materials are required: why. The first face of one is refused.
+    pub(super) faults: BTreeMap<usize, Error>,
+}
+
+impl Library {
+    /// The materials of libraries that there are in place of one that is not.
+    pub(super) fn candidates(&self, name: &str) -> String {
+        // The first face of one is refused: those after very many are compared with no name.
+        if self.unknown.len() >= MOST_COMPARED {
+            return "no library has a material of this name".to_owned();
+        }
+        let mut names: Vec<(usize, &str)> = self.names.iter().map(|(name, &index)| (index, name.as_str())).collect();
+        names.retain(|(index, _)| !self.unknown.contains(index));
+        if names.is_empty() {
+            return "no library names one: `mtllib FILE` before it reads a library".to_owned();
+        }
+        names.sort_unstable();
+        candidates(name, names.into_iter().map(|(_, name)| name))
+    }
+
+    /// Adds a black material in place of one that is not known: where materials are optional, that is noted.
+    pub(super) fn add_unknown(&mut self, name: &str, error: Error, intake: &mut Intake) -> Result<usize, Error> {
+        let black = intake.add_material(name, &[0.0; 3], &[0.0; 3])?;
+        if intake.needs_materials() {
+            intake.budget().take_many("materials", 1, 4 * size_of::<Error>())?;
+            self.faults.insert(black, error);
+        } else {
+            intake.ignore_fault(error, "taken as black");
+        }
+        self.names.insert(name.to_owned(), black);
+        self.unknown.insert(black);
+        Ok(black)
     }
 }

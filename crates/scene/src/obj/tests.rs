@@ -1,8 +1,9 @@
 //! OBJ and MTL as they are written in the world, and every kind of wrong line.
 
 use super::*;
-use crate::Degenerate;
-use crate::{Note, Quantity};
+use crate::reading::Degenerate;
+use crate::scene::note::Note;
+use crate::texture::Quantity;
 
 /// Four vertices of a unit square in z = 0, counter-clockwise from above.
 const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";

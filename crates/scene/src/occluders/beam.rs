@@ -19,7 +19,7 @@ use radgrad_core::{DVec3, Polygon, Receiver};
 use super::half_space::{Frame, HalfSpace, Located, Plane, Side};
 use super::hull::convex_hull;
 use super::shape::{Bounds, Shape};
-use crate::largest;
+use crate::extremes::largest;
 use crate::projection::normalising_power;
 
 /// The space between a receiver, a point or a polygon, and an emitter: where occluders may be.

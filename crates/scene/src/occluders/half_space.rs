@@ -24,8 +24,8 @@
 use radgrad_core::{DVec3, Polygon, Receiver};
 use robust::{Coord3D, orient3d};
 
+use crate::extremes::{largest, smallest};
 use crate::projection::normalising_power;
-use crate::{largest, smallest};
 
 /// The bound of the module's text, in units of the magnitudes.
 const ROUNDING: f64 = 5.0 * f64::EPSILON;

@@ -23,7 +23,7 @@ use radgrad_core::{DVec3, Polygon};
 
 use super::half_space::Plane;
 use super::overlap::{above, on_the_way, perimeter};
-use crate::{largest, smallest};
+use crate::extremes::{largest, smallest};
 
 /// A bound on the form factor that a polygon hides of an emitter from a point of a surface, if planes of surfaces say that it hides nothing.
 pub(crate) fn may_hide(point: DVec3, surface: &Polygon, emitter: &Polygon, other: &Polygon) -> f64 {

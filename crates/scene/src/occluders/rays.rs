@@ -24,11 +24,10 @@ use glam::Vec4;
 use radgrad_core::DVec3;
 use smallvec::SmallVec;
 
-use super::LEVEL;
-use super::shape::{Bounds, Shape};
+use super::shape::{Bounds, LEVEL, Shape};
 use super::tree::{Content, Tree};
+use crate::extremes::smallest;
 use crate::projection::normalising_power;
-use crate::smallest;
 
 /// Boxes that are compared at once.
 const WIDE: usize = 4;

@@ -3,9 +3,10 @@
 use radgrad_core::DVec3;
 use smallvec::SmallVec;
 
+use super::Occluders;
 use super::rays::{best_axes, inverse, is_inside, length};
-use super::shape::{Bounds, Shape};
-use super::{LEVEL, Occluders, Tree};
+use super::shape::{Bounds, LEVEL, Shape};
+use super::tree::Tree;
 
 impl Occluders {
     /// Whether any polygon but for those of `leave_out` crosses the segment between two points. A point that is in a polygon's plane, up

@@ -5,6 +5,9 @@ use radgrad_core::{DVec3, Polygon};
 use super::half_space::{Frame, HalfSpace, Plane};
 use crate::projection::normalising_power;
 
+/// Heights over a polygon's plane, relative to the lengths at hand, below which a point is in the plane for rays and segments.
+pub(super) const LEVEL: f64 = 1e-10;
+
 /// A polygon that may hide others.
 #[derive(Debug, Clone)]
 pub(super) struct Shape {

@@ -4,7 +4,7 @@
 use std::ops::Range;
 
 use super::shape::Bounds;
-use crate::{largest, smallest};
+use crate::extremes::{largest, smallest};
 
 /// Polygons in a leaf, at most.
 const LEAF: usize = 4;

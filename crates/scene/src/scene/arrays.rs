@@ -8,9 +8,12 @@ use std::path::Path;
 
 use radgrad_core::DVec3;
 
-use super::{Intake, Note, Scene};
-use crate::reading::Budget;
-use crate::{Degenerate, Error, Position, Reading};
+use super::Scene;
+use super::intake::Intake;
+use super::note::Note;
+use crate::error::Error;
+use crate::place::Position;
+use crate::reading::{Budget, Degenerate, Reading};
 
 /// Stands in the place of a file's name.
 const FILE: &str = "arrays";

@@ -8,11 +8,15 @@
 use radgrad_core::{DVec3, Polygon};
 
 use super::healing::weld;
-use super::intake::{Given, take_face};
-use super::{Degenerate, Note, Outline, Scene, keyhole, split};
-use crate::occluders::perimeter;
-use crate::reading::Budget;
-use crate::{Error, Place, largest, smallest};
+use super::keyhole::keyhole;
+use super::note::Note;
+use super::outline::{Given, Outline, take_face};
+use super::{Scene, split};
+use crate::error::Error;
+use crate::extremes::{largest, smallest};
+use crate::occluders::overlap::perimeter;
+use crate::place::Place;
+use crate::reading::{Budget, Degenerate};
 
 /// The part of a scene that faces are added to.
 #[derive(Debug)]

@@ -11,8 +11,10 @@ use radgrad_core::{DVec3, Polygon};
 use serde::{Deserialize, Serialize};
 
 use super::{Modelling, Scene};
-use crate::texture::{Chart, Quantity, Texture, Wrap};
-use crate::{Error, Place, Position};
+use crate::error::Error;
+use crate::place::{Place, Position};
+use crate::texture::chart::Chart;
+use crate::texture::{Quantity, Texture, Wrap};
 
 #[derive(Serialize, Deserialize)]
 struct SceneRecord {

@@ -23,8 +23,8 @@ use std::collections::HashMap;
 
 use radgrad_core::DVec3;
 
-use self::planes::Planes;
-use crate::largest;
+use self::planes::{Planes, width};
+use crate::extremes::largest;
 
 /// Vertices that differ in no coordinate by more than this many roundings are one: a unit of the last place is two.
 const SAME: f64 = 1.5;
@@ -128,13 +128,4 @@ impl Welded {
     pub(super) fn width(&self, face: usize) -> f64 {
         width(&self.outline(face))
     }
-}
-
-/// The doubled area of an outline over its diameter; 0 if it has fewer than three vertices.
-fn width(outline: &[DVec3]) -> f64 {
-    let Some((&origin, rest)) = outline.split_first() else { return 0.0 };
-    let diameter = outline.iter().enumerate().flat_map(|(i, a)| outline[..i].iter().map(move |b| (*a - *b).length()));
-    let diameter = diameter.fold(0.0, largest);
-    let doubled = rest.windows(2).map(|pair| (pair[0] - origin).cross(pair[1] - origin)).sum::<DVec3>().length();
-    if diameter > 0.0 { doubled / diameter } else { 0.0 }
 }

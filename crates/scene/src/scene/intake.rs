@@ -6,58 +6,20 @@ use std::path::Path;
 use std::rc::Rc;
 use std::sync::Arc;
 
-use radgrad_core::{DVec3, Polygon};
+use radgrad_core::DVec3;
 
 use super::assembly::Assembly;
-use super::{Note, Scene, WrittenPrecision, overlaps};
-use crate::reading::Budget;
-use crate::texture::Chart;
+use super::note::Note;
+use super::outline::{Given, Outline, take_face};
+use super::{Face, Scene, Surface, overlaps};
+use crate::error::Error;
+use crate::place::{Place, Position};
+use crate::precision::WrittenPrecision;
+use crate::reading::{Budget, Materials, Reading};
 use crate::words;
-use crate::{Error, Face, Materials, Place, Position, Reading, Surface};
 
 /// Bytes that the name of a surface may have: every face of a group looks it up.
 const LONGEST_NAME: usize = 1024;
-
-/// The treatment of faces whose outline crosses itself. Faces without area exchange nothing: they are left out, with a [`Note`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Degenerate {
-    /// Refuse the file, naming the face.
-    #[default]
-    Refuse,
-    /// Leave them out, with a [`Note`].
-    Drop,
-}
-
-/// A face that is being read: its vertices, and at each of them the coordinates of the textures of its reflectance and of its
-/// radiance, where it has these.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct Outline {
-    pub(crate) vertices: Vec<DVec3>,
-    pub(crate) coordinates: [Option<Vec<[f64; 2]>>; 2],
-}
-
-impl Outline {
-    /// Some of the vertices.
-    pub(super) fn part(&self, kept: &[usize]) -> Self {
-        let coordinates = self.coordinates.each_ref().map(|of| of.as_ref().map(|of| kept.iter().map(|&i| of[i]).collect()));
-        Self { vertices: kept.iter().map(|&i| self.vertices[i]).collect(), coordinates }
-    }
-
-    pub(super) fn charts(&self, polygon: &Polygon) -> Result<[Option<Chart>; 2], Error> {
-        let [reflectance, radiance] = &self.coordinates;
-        let chart = |of: &Option<Vec<[f64; 2]>>| of.as_ref().map(|of| Chart::new(polygon, of)).transpose();
-        Ok([chart(reflectance)?, chart(radiance)?])
-    }
-}
-
-/// A face of a file, as it was read.
-#[derive(Debug)]
-pub(super) struct Given {
-    pub(super) surface: usize,
-    pub(super) material: usize,
-    pub(super) outline: Outline,
-    pub(super) place: Place,
-}
 
 /// A scene that is being read.
 #[derive(Debug)]
@@ -252,13 +214,6 @@ impl Intake {
         scene.leave_out_empty_surfaces();
         Ok(scene)
     }
-}
-
-/// Takes the memory of a face of so many vertices.
-pub(super) fn take_face(budget: &Budget, vertices: usize) -> Result<(), Error> {
-    // A polygon keeps more of an edge than its vertex: about ten times as much.
-    let size = size_of::<Face>() + vertices.saturating_mul(10 * size_of::<DVec3>());
-    budget.take_many("faces", 1, size)
 }
 
 impl Scene {

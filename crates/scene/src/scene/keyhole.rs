@@ -9,7 +9,7 @@ use std::collections::HashMap;
 use radgrad_core::DVec3;
 
 use super::overlaps::flat::{Frame, Part, area, convex_parts, root, tolerance};
-use crate::largest;
+use crate::extremes::largest;
 use crate::projection::normalising_power;
 
 /// Vertices that differ in no coordinate by more than this many roundings are one: a unit of the last place is two.

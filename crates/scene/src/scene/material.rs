@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-use crate::Error;
+use crate::error::Error;
 use crate::texture::{Quantity, Texture};
 
 /// A diffuse material: reflectance and emitted radiance, one value in each channel of its scene, and a texture for each that

@@ -2,8 +2,8 @@
 
 use std::fmt;
 
-use crate::Place;
-use crate::words::printable;
+use crate::messages::printable;
+use crate::place::Place;
 
 /// Something changed or left out while reading, and where.
 #[derive(Debug, Clone, PartialEq)]

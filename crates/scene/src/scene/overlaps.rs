@@ -29,12 +29,16 @@ use radgrad_core::{DVec3, Polygon};
 use smallvec::SmallVec;
 
 use self::flat::{Corner, Frame, Part, convex_parts, is_convex, lies_beside, root, tolerance};
-use super::{Face, Note, Scene};
-use crate::error::Overlapping;
-use crate::occluders::{Level, Occluders};
+use super::note::Note;
+use super::{Face, Scene};
+use crate::error::{Error, Overlapping};
+use crate::extremes::{largest, smallest};
+use crate::occluders::Occluders;
+use crate::occluders::half_space::Level;
+use crate::place::Place;
 use crate::projection::normalising_power;
+use crate::reading::Overlaps;
 use crate::texture::Quantity;
-use crate::{Error, Place, largest, smallest};
 
 /// Slivers of this area, over the perimeters' sum and the largest coordinate, are left by the rounding of doubles: twice 1.5 times 4 eps.
 const SLIVER: f64 = 12.0 * f64::EPSILON;
@@ -44,19 +48,6 @@ const MOST_PAIRS: usize = 1 << 20;
 
 /// Pairs that an error names.
 const MOST_NAMED: usize = 20;
-
-/// How faces that overlap in one plane and face the same way are resolved.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Overlaps {
-    /// A face that is there twice is left out once, and one is cut around others that lie in it, each with a [`Note`]. Faces that overlap in
-    /// another way are refused.
-    #[default]
-    Nested,
-    /// The larger one is cut, however they overlap.
-    Cut,
-    /// All are refused.
-    Refuse,
-}
 
 /// Two faces that overlap by more than rounding explains.
 #[derive(Debug, Clone, Copy)]

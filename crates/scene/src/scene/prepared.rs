@@ -13,68 +13,26 @@
 //!   underflow makes that inexact, where a scene has lengths of very different sizes: it is refused.
 
 use std::cell::OnceCell;
-use std::fmt;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, PoisonError};
 
 use radgrad_core::{DVec3, Polygon};
 
 use super::healing::weld;
+use super::indexed::{Indexed, Known};
 use super::{Face, Modelling, Scene, overlaps};
+use crate::error::Error;
+use crate::extremes::largest;
 use crate::occluders::Occluders;
+use crate::placement::Placement;
 use crate::projection::normalising_power;
 use crate::texture::Quantity;
-use crate::{Error, Warning, largest};
+use crate::warning::Warning;
 
 /// Binary digits that coordinates should leave to the extent of a scene.
 const ENOUGH_DIGITS: i32 = 24;
 
 /// Largest coordinates of scenes that stay in their unit: fourth powers of lengths are far from the ends of doubles.
 const ORDINARY: std::ops::RangeInclusive<f64> = 1.0 / (1u128 << 64) as f64..=(1u128 << 64) as f64;
-
-/// How a scene was moved and scaled: `inward(x) = (x - centre) power`. Ordinary scenes stay as they are.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Placement {
-    centre: DVec3,
-    power: f64,
-}
-
-impl Default for Placement {
-    /// Not at all.
-    fn default() -> Self {
-        Self { centre: DVec3::ZERO, power: 1.0 }
-    }
-}
-
-impl Placement {
-    /// Where a point of the scene is then.
-    #[must_use]
-    pub fn inward(&self, point: DVec3) -> DVec3 {
-        (point - self.centre) * self.power
-    }
-
-    /// Where a point was in the scene.
-    #[must_use]
-    pub fn outward(&self, point: DVec3) -> DVec3 {
-        point / self.power + self.centre
-    }
-
-    /// The power of two that multiplied lengths.
-    #[must_use]
-    pub const fn power(&self) -> f64 {
-        self.power
-    }
-
-    fn centring(scene: &Scene) -> Self {
-        let Some((low, high)) = scene.bounds() else { return Self::default() };
-        // Halves cannot overflow.
-        let (middle, half) = (low * 0.5 + high * 0.5, (high * 0.5 - low * 0.5).max_element());
-        let is_far = |axis: usize| 0.25 * middle[axis].abs() >= half;
-        let centre = DVec3::from([0, 1, 2].map(|axis| if is_far(axis) { middle[axis] } else { 0.0 }));
-        let largest = (low - centre).abs().max((high - centre).abs()).max_element();
-        let power = if ORDINARY.contains(&largest) { 1.0 } else { normalising_power(largest) };
-        Self { centre, power }
-    }
-}
 
 /// A scene that is ready: moved, scaled and checked.
 ///
@@ -110,7 +68,7 @@ impl Prepared {
     /// vertices being off its plane by the rounding of large coordinates; or if two faces overlap in one plane, so that light
     /// from there would count twice.
     pub fn new(scene: &Scene) -> Result<Self, Error> {
-        let placement = Placement::centring(scene);
+        let placement = centring(scene);
         let ready = scene.placed(&placement)?;
         // Faces that were cut far away have corners that were rounded there.
         let rounding = 4.0 * f64::EPSILON * placement.centre.abs().max_element() * placement.power;
@@ -131,16 +89,16 @@ impl Prepared {
     }
 }
 
-/// The index that was built last of the faces of a scene or of one that was made from it: those with the same faces share it. Scenes are
-/// compared without it.
-#[derive(Clone, Default)]
-pub(super) struct Indexed(Arc<Mutex<Option<Known>>>);
-
-/// An index, and the faces that it is of, with their surfaces, none of which overlap to this precision.
-struct Known {
-    faces: Vec<(Polygon, usize, bool)>,
-    precision: f64,
-    index: Arc<Occluders>,
+/// The placement that brings a scene to its centre, and extraordinary lengths near 1.
+fn centring(scene: &Scene) -> Placement {
+    let Some((low, high)) = scene.bounds() else { return Placement::default() };
+    // Halves cannot overflow.
+    let (middle, half) = (low * 0.5 + high * 0.5, (high * 0.5 - low * 0.5).max_element());
+    let is_far = |axis: usize| 0.25 * middle[axis].abs() >= half;
+    let centre = DVec3::from([0, 1, 2].map(|axis| if is_far(axis) { middle[axis] } else { 0.0 }));
+    let largest = (low - centre).abs().max((high - centre).abs()).max_element();
+    let power = if ORDINARY.contains(&largest) { 1.0 } else { normalising_power(largest) };
+    Placement { centre, power }
 }
 
 impl Indexed {
@@ -160,18 +118,6 @@ impl Indexed {
         let faces = Self::faces(ready).map(|(polygon, surface, exchanges)| (polygon.clone(), surface, exchanges)).collect();
         let indexed = Known { faces, precision, index: Arc::clone(index) };
         *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(indexed);
-    }
-}
-
-impl PartialEq for Indexed {
-    fn eq(&self, _: &Self) -> bool {
-        true
-    }
-}
-
-impl fmt::Debug for Indexed {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("Indexed")
     }
 }
 

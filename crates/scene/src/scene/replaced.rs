@@ -2,8 +2,9 @@
 
 use std::collections::HashMap;
 
-use super::{Quantity, Scene};
-use crate::Error;
+use super::Scene;
+use crate::error::Error;
+use crate::texture::Quantity;
 
 impl Scene {
     /// The same with other values of a quantity, `channels` of each face, row by row. They stand in for its material's, and for a texture.

@@ -8,7 +8,7 @@ use std::collections::{BTreeMap, HashMap};
 use radgrad_core::DVec3;
 
 use super::Scene;
-use crate::{largest, smallest};
+use crate::extremes::{largest, smallest};
 
 /// Vertices are one within this part of the scene's extent, if its rounding is less.
 const SAME: f64 = 1e-9;

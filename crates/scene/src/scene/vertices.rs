@@ -5,12 +5,9 @@ use std::collections::BTreeMap;
 
 use radgrad_core::DVec3;
 
-use super::Intake;
-use super::precision::Written;
-use crate::Error;
-
-/// The three coordinates of a vertex, and how each is written.
-pub(crate) type Coordinates = ([f64; 3], [Written; 3]);
+use super::intake::Intake;
+use crate::error::Error;
+use crate::precision::{Coordinates, Written};
 
 #[derive(Debug)]
 struct Vertex {

@@ -6,7 +6,9 @@
 use radgrad_core::{DVec3, Polygon};
 
 use super::Texture;
-use crate::{Error, Placement, largest, smallest};
+use crate::error::Error;
+use crate::extremes::{largest, smallest};
+use crate::placement::Placement;
 
 /// How far a vertex' coordinates may be off the affine function, in units of the texture: six decimals of a file.
 const ROUNDED: f64 = 1e-6;

@@ -5,7 +5,7 @@
 //! rounding of their corners.
 
 use super::{Texture, floor};
-use crate::{largest, smallest};
+use crate::extremes::{largest, smallest};
 
 /// A convex part of a polygon on which a texture is constant.
 #[derive(Debug, Clone, PartialEq)]

@@ -9,9 +9,9 @@ use std::io::Cursor;
 use png::{BitDepth, ColorType, Decoder, Limits, Transformations};
 
 use super::Texture;
-use crate::Error;
+use crate::error::Error;
+use crate::messages::printable;
 use crate::reading::Budget;
-use crate::words::printable;
 
 /// Whether a file starts as a PNG does.
 pub(crate) fn is_png(content: &[u8]) -> bool {

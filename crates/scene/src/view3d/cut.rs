@@ -2,9 +2,10 @@
 
 use radgrad_core::{DVec3, Polygon};
 
+use crate::error::Error;
+use crate::extremes::largest;
 use crate::projection::normalising_power;
 use crate::scene::overlaps::flat::{Frame, Part, convex_parts, tolerance};
-use crate::{Error, largest};
 
 /// Vertices may be off the base's plane by this fraction of its size, as in `radgrad_core::Polygon`.
 const PLANARITY: f64 = 4e-12;

@@ -7,7 +7,7 @@
 
 use std::io::{self, Write};
 
-use crate::Error;
+use crate::error::Error;
 
 /// The first line of a matrix without the number of surfaces.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -7,10 +7,11 @@
 
 use radgrad_core::DVec3;
 
-use super::{data_of, is_separator};
-use crate::scene::{Digits, Intake, Written};
+use crate::error::Error;
+use crate::place::Position;
+use crate::precision::{Digits, Written};
+use crate::scene::intake::Intake;
 use crate::words::{Words, number};
-use crate::{Error, Position};
 
 /// A shape by its letter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -85,4 +86,16 @@ fn sine_and_cosine(degrees: f64) -> [f64; 2] {
         270.0 => [-1.0, 0.0],
         _ => [libm::sin(within.to_radians()), libm::cos(within.to_radians())],
     }
+}
+
+pub(super) const fn is_separator(c: char) -> bool {
+    matches!(c, ' ' | ',' | '\t' | '\r')
+}
+
+/// The line up to a comment: a word that starts with `!` or `/`.
+pub(super) fn data_of(line: &str) -> &str {
+    let bytes = line.as_bytes();
+    let starts_word = |i: usize| i == 0 || is_separator(char::from(bytes[i - 1]));
+    let comment = (0..bytes.len()).find(|&i| matches!(bytes[i], b'!' | b'/') && starts_word(i));
+    line[..comment.unwrap_or(line.len())].trim_ascii()
 }

@@ -1,8 +1,9 @@
 //! `View3D` files of our own, and every kind of wrong line.
 
 use super::*;
-use crate::Degenerate;
-use crate::{Note, Surface};
+use crate::reading::Degenerate;
+use crate::scene::Surface;
+use crate::scene::note::Note;
 
 /// A unit cube seen from inside, as six surfaces.
 const CUBE: &str = "T  a cube\nC  encl=1 list=2, eps=1.e-4 maxU = 8\nF  3\n\

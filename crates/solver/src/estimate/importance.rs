@@ -17,9 +17,9 @@ use crate::estimate::residual::{Residual, Residuals};
 use crate::estimate::supersolution::Supersolution;
 use crate::estimate::visible_sources::VisibleSources;
 use crate::field::Field;
-use crate::field::gathering::MOST_SWEEPS;
-use crate::links::cluster::glow::Pair;
+use crate::gathering::MOST_SWEEPS;
 use crate::links::link::Link;
+use crate::mesh::glow::Pair;
 use crate::system::System;
 
 /// Changes below which the importance is solved: its defect has the remainder.

@@ -29,7 +29,7 @@ use crate::estimate::importance::Importance;
 use crate::estimate::ledger::Ledger;
 use crate::estimate::residual::{Found, Residual, Residuals};
 use crate::estimate::visible_sources::VisibleSources;
-use crate::links::cluster::glow::Pair;
+use crate::mesh::glow::Pair;
 use crate::mesh::texture::Pattern;
 use crate::system::System;
 

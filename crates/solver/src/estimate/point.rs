@@ -14,11 +14,11 @@ use crate::estimate::residual::{Found, Residuals};
 use crate::estimate::supersolution::{self, Supersolution};
 use crate::estimate::visible_sources::{VisibleSources, smaller_if_known};
 use crate::links::cluster::far::Far;
-use crate::links::cluster::glow::Pair;
 use crate::links::cluster::view::View;
 use crate::links::station::Station;
 use crate::links::transfer::Row;
 use crate::mesh::Mesh;
+use crate::mesh::glow::Pair;
 use crate::system::System;
 
 /// Sweeps in which means over receivers come down.

@@ -4,8 +4,8 @@ use rayon::prelude::*;
 
 use crate::estimate::residual::{Residual, Residuals};
 use crate::estimate::visible_sources::VisibleSources;
-use crate::links::cluster::glow::Pair;
 use crate::links::station::Station;
+use crate::mesh::glow::Pair;
 use crate::system::System;
 
 impl System {

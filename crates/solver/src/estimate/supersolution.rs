@@ -9,7 +9,7 @@ use radgrad_scene::{largest as larger, smallest as smaller};
 use rayon::prelude::*;
 
 use crate::estimate::visible_sources::VisibleSources;
-use crate::links::cluster::glow::Pair;
+use crate::mesh::glow::Pair;
 use crate::system::System;
 
 /// Sweeps after which there is no bound: far more than any reflectance below 0.99 needs.

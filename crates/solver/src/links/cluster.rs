@@ -2,6 +2,5 @@
 
 pub(crate) mod cut;
 pub(crate) mod far;
-pub(crate) mod glow;
 pub(crate) mod sampled;
 pub(crate) mod view;

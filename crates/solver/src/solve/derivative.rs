@@ -22,7 +22,7 @@ use rayon::prelude::*;
 
 use crate::error::Error;
 use crate::field::Field;
-use crate::field::gathering::{MOST_SWEEPS, ratio};
+use crate::gathering::{MOST_SWEEPS, ratio};
 use crate::links::station::Station;
 use crate::mesh::basis::dot;
 use crate::solve::derivative::integrands::Viewpoint;

@@ -2,7 +2,7 @@
 
 use crate::clock::Clock;
 use crate::error::Error;
-use crate::field::gathering::ratio;
+use crate::gathering::ratio;
 use crate::solve::divide::{bulk, part_to_divide};
 use crate::solve::options::{Marking, Options};
 use crate::solve::solution::{Solution, for_each};

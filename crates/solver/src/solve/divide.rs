@@ -1,7 +1,7 @@
 //! Which elements a round divides: those that together make up a given part of the residual (W. Dörfler 1996).
 
 use crate::error::Error;
-use crate::field::gathering::ratio;
+use crate::gathering::ratio;
 use crate::solve::options::{Marking, Options};
 use crate::solve::samples::Samples;
 use crate::solve::solution::{Solution, for_each};

@@ -34,7 +34,7 @@ use rayon::prelude::*;
 use crate::error::Error;
 use crate::estimate::ledger::Ledger;
 use crate::field::Field;
-use crate::field::gathering::{MOST_SWEEPS, irradiance, ratio};
+use crate::gathering::{MOST_SWEEPS, irradiance, ratio};
 use crate::links::cluster::far::Far;
 use crate::links::direct::FEW as MOST_LAMPS;
 use crate::links::gatherer::Gatherer;

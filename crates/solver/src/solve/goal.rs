@@ -13,7 +13,7 @@ use rayon::prelude::*;
 
 use crate::error::Error;
 use crate::field::Field;
-use crate::field::gathering::ratio;
+use crate::gathering::ratio;
 use crate::links::cluster::far::Far;
 use crate::links::transfer::Row;
 use crate::solve::gather::Sum;

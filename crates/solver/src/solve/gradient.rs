@@ -17,7 +17,7 @@ use radgrad_core::{DVec3, evaluate_to, gradient};
 
 use crate::clock::Clock;
 use crate::error::Error;
-use crate::field::gathering::ratio;
+use crate::gathering::ratio;
 use crate::links::cluster::far::Far;
 use crate::links::gatherer::Gatherer;
 use crate::links::link::Link;

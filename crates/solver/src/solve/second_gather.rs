@@ -28,7 +28,7 @@ use radgrad_scene::{largest, smallest};
 use crate::error::Error;
 use crate::estimate::ledger::Ledger;
 use crate::field::Field;
-use crate::field::gathering::{MOST_SWEEPS, ratio};
+use crate::gathering::{MOST_SWEEPS, ratio};
 use crate::links::cluster::far::Far;
 use crate::links::link::Link;
 use crate::links::station::Station;

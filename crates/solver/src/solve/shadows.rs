@@ -12,7 +12,7 @@ use rayon::prelude::*;
 
 use crate::clock::Clock;
 use crate::error::Error;
-use crate::field::gathering::ratio;
+use crate::gathering::ratio;
 use crate::mesh::outline::Cut;
 use crate::mesh::partition::{Known, Sample, partition};
 use crate::mesh::shadow::{Scenery, lines};

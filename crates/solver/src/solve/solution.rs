@@ -13,7 +13,7 @@ use crate::estimate::ledger::Ledger;
 use crate::estimate::point::Points;
 use crate::estimate::unsampled::{Edges, Outlined};
 use crate::field::Field;
-use crate::field::gathering::ratio;
+use crate::gathering::ratio;
 use crate::links::direct::Direct;
 use crate::links::transfer::Optics;
 use crate::mesh::Mesh;

@@ -2,10 +2,11 @@
 
 use radgrad_core::DVec3;
 
-use crate::factors::exchange::FlatOutline;
+use crate::extremes::{largest as larger, smallest as smaller};
+use crate::factors::exchange::areas::FlatOutline;
+use crate::factors::rule::middle;
 use crate::factors::screen::area;
-use crate::factors::{larger, middle, smaller};
-use crate::occluders::perimeter;
+use crate::occluders::overlap::perimeter;
 
 /// Data that the cells of a face share.
 #[derive(Debug, Clone, Copy)]

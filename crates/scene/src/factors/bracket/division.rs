@@ -8,8 +8,8 @@
 use radgrad_core::DVec3;
 
 use super::cell::{Cell, Plane};
+use crate::extremes::{largest as larger, smallest as smaller};
 use crate::factors::screen::{Screen, Sides, Undecided};
-use crate::factors::{larger, smaller};
 
 /// A cut of one of the two cells.
 #[derive(Debug, Clone)]

@@ -42,9 +42,9 @@ use radgrad_core::DVec3;
 
 use super::cell::{Cell, Plane};
 use super::nesting::Nested;
-use crate::factors::exchange::Exchange;
+use crate::extremes::{largest as larger, smallest as smaller};
+use crate::factors::exchange::areas::Exchange;
 use crate::factors::screen::MOST_CORNERS;
-use crate::factors::{larger, smaller};
 
 /// Slopes between which the shares of two cells are compared, less one.
 const SLICES: usize = 16;

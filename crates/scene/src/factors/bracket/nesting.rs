@@ -22,8 +22,8 @@ use radgrad_core::DVec3;
 
 use super::cell::Cell;
 use super::fusion::Group;
+use crate::extremes::{largest as larger, smallest as smaller};
 use crate::factors::screen::SightedEdge;
-use crate::factors::{larger, smaller};
 
 /// Pairs of corners up to which edges are compared.
 const MOST_PAIRS: usize = 36;

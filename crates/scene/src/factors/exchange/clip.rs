@@ -2,9 +2,10 @@
 
 use radgrad_core::DVec3;
 
-use super::FlatOutline;
-use crate::factors::larger;
-use crate::occluders::{Level, above, on_the_way};
+use super::areas::FlatOutline;
+use crate::extremes::largest as larger;
+use crate::occluders::half_space::Level;
+use crate::occluders::overlap::{above, on_the_way};
 
 /// A polygon's outline around an origin, in a unit in which the farthest coordinate is below 1.
 pub(super) struct Outline {

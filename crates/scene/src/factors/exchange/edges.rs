@@ -12,10 +12,10 @@
 
 use radgrad_core::DVec3;
 
-use super::ROUNDOFF;
+use super::areas::ROUNDOFF;
 use super::planar::Plane;
 use super::skew::{segments_apart, skew};
-use crate::factors::{larger, smaller};
+use crate::extremes::{largest as larger, smallest as smaller};
 
 /// Two edges are parallel if moving an end by this makes them so: rounded coordinates, of size 1, tell no better.
 const ASIDE: f64 = 64.0 * ROUNDOFF;

@@ -23,9 +23,9 @@ use std::f64::consts::PI;
 use radgrad_core::DVec3;
 use smallvec::SmallVec;
 
-use super::{Exchange, ROUNDOFF};
-use crate::factors::rule::{Patch, gauss_legendre, patches};
-use crate::factors::{larger, middle, smaller};
+use super::areas::{Exchange, ROUNDOFF};
+use crate::extremes::{largest as larger, smallest as smaller};
+use crate::factors::rule::{Patch, gauss_legendre, middle, patches};
 
 /// Half the size of a patch over the distance, up to which the rule is asked.
 const NEAR: f64 = 0.5;

@@ -24,8 +24,8 @@ use std::f64::consts::PI;
 
 use radgrad_core::DVec3;
 
-use super::ROUNDOFF;
-use crate::factors::{larger, smaller};
+use super::areas::ROUNDOFF;
+use crate::extremes::{largest as larger, smallest as smaller};
 
 /// A complex number.
 type Complex = [f64; 2];

@@ -19,10 +19,10 @@ use std::collections::BinaryHeap;
 
 use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver, Tolerance, evaluate_value};
 
+use super::areas::{Exchange, ROUNDOFF};
 use super::skew::segments_apart;
-use super::{Exchange, ROUNDOFF};
+use crate::extremes::{largest as larger, smallest as smaller};
 use crate::factors::rule::{gauss_legendre, patches};
-use crate::factors::{larger, smaller};
 
 /// Nodes to try in each variable.
 const NODES: [usize; 6] = [2, 3, 4, 6, 10, 16];

@@ -27,9 +27,9 @@ use std::f64::consts::PI;
 
 use radgrad_core::DVec3;
 
-use super::ROUNDOFF;
+use super::areas::ROUNDOFF;
+use crate::extremes::{largest as larger, smallest as smaller};
 use crate::factors::rule::gauss_legendre;
-use crate::factors::{larger, smaller};
 
 /// Nodes to try.
 const NODES: [usize; 7] = [2, 3, 4, 6, 8, 12, 16];

@@ -2,11 +2,13 @@
 
 use radgrad_core::{DMat3, DVec3, Emission, Emitter, Polygon, Receiver, radiosity};
 
+use super::areas::Exchange;
 use super::edges::mean_logarithm;
-use super::{ALL_DIGITS, Exchange, Part, RESOLVED, contour, exchange, exchange_apart};
+use super::far::Part;
+use super::{ALL_DIGITS, RESOLVED, contour, exchange, exchange_apart};
+use crate::extremes::{largest as larger, smallest as smaller};
 use crate::factors::rule::{gauss_legendre, patches};
 use crate::factors::tests::draws;
-use crate::factors::{larger, smaller};
 
 fn free(from: &Polygon, to: &Polygon) -> Exchange {
     exchange(from, to, ALL_DIGITS, RESOLVED)

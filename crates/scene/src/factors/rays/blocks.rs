@@ -18,9 +18,9 @@ use rayon::prelude::*;
 
 use super::limits::Chances;
 use super::operator::{Certified, FactorOperator, Products};
-use super::pairs::RayFactors;
-use super::short;
-use crate::{Error, largest as larger};
+use super::pairs::{RayFactors, short};
+use crate::error::Error;
+use crate::extremes::largest as larger;
 
 /// Sides of a block of numbers, at most: places in it are bytes.
 pub(super) const SIDE: usize = 256;
@@ -403,8 +403,9 @@ impl BlockOperator {
         // How far any mean over a part is at most from the one that its sums make.
         let reach = |of: &Range<usize>, sums: &[f32]| {
             let q = &by_place[of.clone()];
-            let [low, high] =
-                q.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], &q| [crate::smallest(low, q), larger(high, q)]);
+            let [low, high] = q
+                .iter()
+                .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], &q| [crate::extremes::smallest(low, q), larger(high, q)]);
             let [whole, mean] = sums.iter().zip(q).fold([0.0; 2], |[whole, mean], (&sum, q)| {
                 let sum = f64::from(sum);
                 [whole + sum, mean + sum * q]

@@ -1,10 +1,10 @@
 //! Factors by rays as bytes, five bytes a pair and a little for each face, and their products in blocks.
 
-use super::Counted;
-use super::blocks::{self, Block, BlockOperator, SIDE};
+use super::blocks;
+use super::blocks::{Block, BlockOperator, SIDE};
 use super::limits::Chances;
-use super::pairs::{Counts, Known, Near, RayFactors, parts};
-use crate::Error;
+use super::pairs::{Counted, Counts, Known, Near, RayFactors, parts, short};
+use crate::error::Error;
 
 /// The first bytes of [`RayFactors::to_bytes`].
 const BEGIN: &[u8; 16] = b"radgrad by rays1";
@@ -22,7 +22,7 @@ impl RayFactors {
         whole(&mut bytes, faces.len());
         bytes.extend(setup.rays.to_le_bytes());
         real(&mut bytes, &[setup.logarithm, setup.confidence, *dropped]);
-        faces.iter().for_each(|face| bytes.extend(super::short(*face).to_le_bytes()));
+        faces.iter().for_each(|face| bytes.extend(super::pairs::short(*face).to_le_bytes()));
         real(&mut bytes, &setup.areas);
         real(&mut bytes, scale);
         short(&mut bytes, open);
@@ -98,7 +98,7 @@ impl Counted {
     pub fn to_bytes(rows: &[Self]) -> Vec<u8> {
         let mut bytes = BEGIN_ROWS.to_vec();
         for Self { face, met } in rows {
-            let numbers = [*face, super::short(met.len())].into_iter().chain(met.iter().flat_map(|&(to, hits)| [to, hits]));
+            let numbers = [*face, short(met.len())].into_iter().chain(met.iter().flat_map(|&(to, hits)| [to, hits]));
             numbers.for_each(|number| bytes.extend(number.to_le_bytes()));
         }
         bytes

@@ -10,8 +10,8 @@ use radgrad_core::{DVec3, Polygon};
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 
-use super::super::larger;
-use super::super::rule::patches;
+use crate::extremes::largest as larger;
+use crate::factors::rule::patches;
 
 /// How many cells there are along each of the two numbers of an origin, and of a direction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -7,7 +7,7 @@
 
 use std::sync::OnceLock;
 
-use super::super::{larger, smaller};
+use crate::extremes::{largest as larger, smallest as smaller};
 
 /// Steps of the search for a limit: each halves the range.
 const STEPS: u32 = 60;

@@ -1,9 +1,9 @@
 //! The product of the factors with numbers of faces, for many of them: a few bytes a pair are all that is held.
 
-use super::super::larger;
 use super::limits::Chances;
 use super::pairs::RayFactors;
-use crate::Error;
+use crate::error::Error;
+use crate::extremes::largest as larger;
 
 /// `F q`, the amounts that faces get of the amounts that all send, by [`RayFactors`].
 ///

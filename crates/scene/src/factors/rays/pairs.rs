@@ -3,10 +3,37 @@
 use std::ops::Range;
 
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
-use super::super::{larger, smaller};
 use super::limits::Limits;
-use super::{ALIKE, CLOSED};
+use crate::extremes::{largest as larger, smallest as smaller};
+
+/// The larger area over the smaller one, up to which both ways of a pair count.
+pub(super) const ALIKE: f64 = 2.4;
+
+/// How near to 1 rows are brought.
+pub(super) const CLOSED: f64 = 1e-9;
+
+/// The faces that the rays of a face met: an interrupted run keeps these counts for the next one, and machines send them to each other.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Counted {
+    pub(super) face: u32,
+    /// Faces that were met, ascending, and how often.
+    pub(super) met: Vec<(u32, u32)>,
+}
+
+impl Counted {
+    /// The face.
+    #[must_use]
+    pub const fn face(&self) -> usize {
+        self.face as usize
+    }
+}
+
+/// A face's index where it is stored; there are fewer than 2^32.
+pub(super) fn short(face: usize) -> u32 {
+    u32::try_from(face).unwrap_or(u32::MAX)
+}
 
 /// Parts that sums are taken in, whatever the number of threads: so that they are the same to the last digit.
 const PARTS: usize = 16;
@@ -151,7 +178,7 @@ impl RayFactors {
             for (from, row) in rows.iter().enumerate() {
                 // Only of pairs whose lower face is in the block.
                 for &(to, hits) in within(row, |&(to, _)| to, &block).iter().take_while(|(to, _)| (*to as usize) < from) {
-                    back[to as usize - block.start].push((super::short(from), hits));
+                    back[to as usize - block.start].push((short(from), hits));
                 }
             }
             for (i, back) in block.clone().zip(back) {

@@ -1,7 +1,8 @@
 use radgrad_core::DVec3;
 
 use super::*;
-use crate::{FactorOperator, Scene};
+use crate::scene::Scene;
+use crate::{BlockOperator, Certified, FactorOperator, RayRow};
 
 /// A closed room of tiles, or one without a part of its ceiling, with a thin plate in the middle.
 fn room(side: u8, is_closed: bool) -> Scene {

@@ -4,9 +4,9 @@ use std::collections::{BTreeSet, HashMap};
 
 use radgrad_core::DVec3;
 
-use super::width;
-use crate::occluders::{Bounds, Tree};
-use crate::{largest, smallest};
+use crate::extremes::{largest, smallest};
+use crate::occluders::shape::Bounds;
+use crate::occluders::tree::Tree;
 
 /// Margin on the distance that rounding moves a vertex along a normal.
 const MARGIN: f64 = 1.2;
@@ -414,4 +414,13 @@ fn keys(normal: DVec3, point: DVec3, extent: f64, is_query: bool) -> Vec<[i64; 4
         }
     }
     keys
+}
+
+/// The doubled area of an outline over its diameter; 0 if it has fewer than three vertices.
+pub(super) fn width(outline: &[DVec3]) -> f64 {
+    let Some((&origin, rest)) = outline.split_first() else { return 0.0 };
+    let diameter = outline.iter().enumerate().flat_map(|(i, a)| outline[..i].iter().map(move |b| (*a - *b).length()));
+    let diameter = diameter.fold(0.0, largest);
+    let doubled = rest.windows(2).map(|pair| (pair[0] - origin).cross(pair[1] - origin)).sum::<DVec3>().length();
+    if diameter > 0.0 { doubled / diameter } else { 0.0 }
 }

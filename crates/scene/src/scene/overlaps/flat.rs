@@ -13,9 +13,9 @@ use std::collections::HashMap;
 
 use radgrad_core::DVec3;
 
-use crate::occluders::above;
-use crate::scene::triangles;
-use crate::{largest, smallest};
+use crate::extremes::{largest, smallest};
+use crate::occluders::overlap::above;
+use crate::scene::split::triangles;
 
 /// The distance by which lines that coincided may be apart, with coordinates up to `largest` that are rounded by at most `rounding`.
 pub(crate) fn tolerance(rounding: f64, largest: f64) -> f64 {

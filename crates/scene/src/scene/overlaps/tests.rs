@@ -3,7 +3,10 @@
 use radgrad_core::{DVec3, Polygon};
 
 use super::*;
-use crate::{Position, Prepared, Texture, contains};
+use crate::occluders::segment::contains;
+use crate::place::Position;
+use crate::scene::prepared::Prepared;
+use crate::texture::Texture;
 
 /// A scene of faces in a plane: name, radiance and outline.
 fn scene(faces: &[(&str, f64, Vec<[f64; 2]>)], place: impl Fn([f64; 2]) -> DVec3) -> Scene {

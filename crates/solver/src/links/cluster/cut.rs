@@ -5,12 +5,12 @@ use radgrad_scene::largest;
 
 use crate::field::Field;
 use crate::links::cluster::far::Far;
-use crate::links::cluster::glow::ClusterEmission;
 use crate::links::cluster::sampled::{Rays, Seen};
 use crate::links::gatherer::Gatherer;
 use crate::links::station::Station;
 use crate::links::transfer::{Optics, Row};
 use crate::mesh::clusters::Parts;
+use crate::mesh::glow::ClusterEmission;
 
 /// A cluster that is not opened.
 struct Closed {

@@ -11,13 +11,13 @@
 use crate::bytes::bytes_of;
 use crate::field::Field;
 use crate::links::cluster::cut;
-use crate::links::cluster::glow::Pair;
 use crate::links::cluster::sampled::{Draw, RAYS_OF_A_POINT, Rays, Seen};
 use crate::links::cluster::view::View;
 use crate::links::station::Station;
 use crate::links::transfer::{Optics, Row};
 use crate::mesh::basis::Basis;
 use crate::mesh::clusters::Clusters;
+use crate::mesh::glow::Pair;
 use radgrad_scene::{largest, smallest};
 
 /// Added to the part of the hemisphere that links leave, for the rounding of surfaces.

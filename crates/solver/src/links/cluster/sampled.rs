@@ -13,10 +13,10 @@
 use radgrad_scene::smallest;
 
 use crate::bytes::bytes_of;
-use crate::links::cluster::glow::ClusterEmission;
 use crate::links::cluster::view::View;
 use crate::links::station::Station;
 use crate::links::transfer::Optics;
+use crate::mesh::glow::ClusterEmission;
 use crate::mesh::rule::STEPS;
 
 /// Rays from a node, at least and at most; and those from a point that is asked for.

@@ -9,7 +9,7 @@ use radgrad_scene::{Scene, largest};
 use rayon::prelude::*;
 
 use crate::field::Field;
-use crate::field::gathering::ratio;
+use crate::gathering::ratio;
 use crate::links::cluster::sampled::Numbers;
 use crate::mesh::basis::dot;
 use crate::mesh::rule::rectangular;

@@ -8,7 +8,7 @@ use radgrad_scene::{Prepared, Scene, largest};
 
 use crate::clock::Clock;
 use crate::field::Field;
-use crate::field::gathering::irradiance;
+use crate::gathering::irradiance;
 use crate::links::cell::Rules;
 use crate::links::cluster::far::Far;
 use crate::links::cluster::sampled::Draw;

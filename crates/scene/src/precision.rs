@@ -18,7 +18,7 @@
 
 use std::collections::HashSet;
 
-use crate::{largest, smallest};
+use crate::extremes::{largest, smallest};
 
 /// Numbers that are told from those before them; of more each counts.
 const DISTINCT: usize = 4096;
@@ -74,6 +74,9 @@ pub(crate) enum Written {
     /// As eight bytes.
     Double,
 }
+
+/// The three coordinates of a vertex, and how each is written.
+pub(crate) type Coordinates = ([f64; 3], [Written; 3]);
 
 /// A collector of the coordinates of a file.
 #[derive(Debug)]

@@ -6,6 +6,8 @@
 //! above and below, which links see. Clusters are gathered from as they were before the sweep. G is a contraction with the
 //! reflectance, and the sweeps converge like powers of it. The radiosity is such a b, and so is the bound on its error.
 
+mod acceleration;
+
 use radgrad_scene::largest;
 use rayon::prelude::*;
 
@@ -52,7 +54,7 @@ const TIMES: usize = 500;
 impl Equation<'_> {
     /// One sweep over all receivers, whose own part of `field` is `own`. Returns the largest change of a coefficient, relative
     /// to `scale` in each channel: infinite where that is 0 and anything changes.
-    pub(super) fn sweep(&self, field: &mut Field, own: &mut [Vec<f64>], scale: &[f64]) -> f64 {
+    fn sweep(&self, field: &mut Field, own: &mut [Vec<f64>], scale: &[f64]) -> f64 {
         let mut greatest: f64 = 0.0;
         field.pool(self.mesh);
         for receivers in self.receivers.chunks((self.receivers.len() / TIMES).max(TOGETHER)) {

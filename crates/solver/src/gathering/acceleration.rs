@@ -6,7 +6,7 @@
 //! remainder.
 
 use crate::field::Field;
-use crate::field::gathering::Equation;
+use crate::gathering::Equation;
 
 /// The least r from which on changes are added before their time, and the largest: beyond that a sweep loses less than the error
 /// of links, and its ratio has no significant digit.
