@@ -2,7 +2,7 @@
 //!
 //! Central differences of enclosures of many digits, of orders 2, 4 and 6 by steps of 1/2, 1 and 2 (L. F. Richardson 1911). The distance
 //! between the two best is an estimate of the error, and tells a path that is not smooth. A corner or a jump at the place itself is lost in
-//! differences of both sides: the mean of the two, extrapolated likewise, is then not what is there, and that over the step is added.
+//! differences of both sides: the mean of the two, extrapolated likewise, then differs from the value there, and that over the step is added.
 //! Something beside the place that is narrower than the steps is not told: then a shorter step does, with more digits.
 
 use crate::Error;

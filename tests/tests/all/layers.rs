@@ -347,7 +347,7 @@ fn built(text: &str) -> String {
     code
 }
 
-/// The source without comments and without what stands in quotes. A quote may be escaped, or a character.
+/// The source without comments and without text in quotes. A quote may be escaped, or a character.
 fn without_strings(text: &str) -> String {
     let (mut code, mut tail) = (String::new(), text);
     while let Some(start) = tail.find(['"', '\'', '/']) {

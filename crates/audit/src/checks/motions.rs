@@ -185,7 +185,7 @@ impl Rates {
         Self { motion: Motion { vertices, occluders, normal }, emission, reflectance }
     }
 
-    /// The oracle's slope: of the motion by differences, of what the radiosity is linear in by itself.
+    /// The oracle's slope: by differences along the motion; emission and reflectance, in which the radiosity is linear, need none.
     fn slope(&self, problem: &Problem, step: f64, digits: u32) -> Option<Slope> {
         let Problem { receiver, emitter, occluders, .. } = problem;
         let moved = |parameter: f64| {

@@ -43,7 +43,7 @@ pub(in crate::factors) struct FlatOutline<'a> {
     pub(in crate::factors) points: &'a [DVec3],
     /// The unit normal of its plane.
     pub(in crate::factors) normal: DVec3,
-    /// Perimeter over area of what the plane is known from.
+    /// Perimeter over area of the outline that gives the plane.
     pub(in crate::factors) slope: f64,
     /// Distance by which points are off the plane.
     pub(in crate::factors) defect: f64,
