@@ -1,5 +1,5 @@
 //! Files of a run: each is whole or not there, also if the run is killed, and the one that was there before stays till then.
-//! And the places of the workspace, from wherever the task was called.
+//! Paths of the workspace do not depend on where the task was called.
 
 use std::env;
 use std::error::Error;

@@ -1,4 +1,4 @@
-//! What `cargo xtask verify` is asked for: which cases or scenes, of which families, as a whole or in parts.
+//! The request to `cargo xtask verify`: cases or scenes, their families, the whole run or a part of it.
 
 use std::error::Error;
 use std::fs;

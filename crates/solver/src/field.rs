@@ -162,7 +162,7 @@ impl Field {
         self.truncation[element][channel]
     }
 
-    /// Bound on the root mean square of that.
+    /// Bound on the root mean square of the leaves' radiosity less the element's polynomial.
     pub(crate) fn left_out_rms(&self, element: usize, channel: usize) -> f64 {
         self.rms[element][channel]
     }

@@ -1,4 +1,4 @@
-//! What every method gives.
+//! The output of every method.
 
 use radgrad_core::DVec3;
 

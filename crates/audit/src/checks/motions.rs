@@ -193,18 +193,15 @@ impl Rates {
             Ok(enclose_moved(receiver, &Source::Emitter(emitter), occluders, &self.motion, parameter, &request)?.radiosity)
         };
         let by_motion = slope_along(moved, step).ok()?;
-        let brightening = Emitter::new(emitter.polygon().clone(), self.brightening(emitter)?).ok()?;
-        let by_emission = enclose_occluded(receiver, &brightening, occluders, 18).ok()?.radiosity;
-        let radiosity = moved(0.0).ok()?;
-        let by_reflectance = if self.reflectance == 0.0 { 0.0 } else { self.reflectance / receiver.reflectance() };
-        let value = by_motion.value + by_emission.to_f64() + radiosity.to_f64() * by_reflectance;
-        let error = by_motion.error + by_emission.radius() + radiosity.radius() * by_reflectance.abs();
-        Some(Slope { value, error })
+        let brightening = Emitter::new(emitter.polygon().clone(), self.brightening(problem)?).ok()?;
+        let by_light = enclose_occluded(receiver, &brightening, occluders, digits).ok()?.radiosity;
+        Some(Slope { value: by_motion.value + by_light.to_f64(), error: by_motion.error + by_light.radius() })
     }
 
-    /// The rates of the emission as an emission.
-    fn brightening(&self, emitter: &Emitter) -> Option<Emission> {
-        let rates = self.emission.clone();
+    /// The rates of the emission as an emission, with the relative rate of the reflectance, of which the light is the same multiple.
+    fn brightening(&self, Problem { receiver, emitter, .. }: &Problem) -> Option<Emission> {
+        let reflecting = if self.reflectance == 0.0 { 0.0 } else { self.reflectance / receiver.reflectance() };
+        let rates: Vec<f64> = self.emission.iter().zip(parameters(emitter)).map(|(rate, b)| rate + reflecting * b).collect();
         Some(match (emitter.emission(), rates.as_slice()) {
             (Emission::Constant(_), [value]) => Emission::Constant(*value),
             (Emission::Linear(Linear::Gradient { .. }), [value, gradient @ ..]) => {

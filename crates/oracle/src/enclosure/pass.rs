@@ -200,6 +200,7 @@ impl<T: Real> Prepared<T> {
         Tolerances { value: 1e-3 * value, gradient: 1e-3 * value }
     }
 
+    /// The cells for the tolerances; not all of them where they take more than `most` evaluations, which the caller refuses.
     pub(crate) fn plan(&self, tolerances: Tolerances, most: u64) -> Result<Plan, Error> {
         let mut share = SHARE;
         loop {

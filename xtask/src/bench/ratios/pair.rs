@@ -23,7 +23,7 @@ pub(crate) fn pair(name: &'static str, a: impl FnMut(), b: impl FnMut()) -> Rati
     Ratio { name, spread: clock::ratio(PAIRS, SAMPLE, a, b) }
 }
 
-/// The same where a sample is milliseconds by itself.
+/// The time of `a` over that of `b`, by a fifth of the pairs: each of the two takes milliseconds.
 pub(crate) fn pair_of_long(name: &'static str, a: impl FnMut(), b: impl FnMut()) -> Ratio {
     Ratio { name, spread: clock::ratio(PAIRS / 5, SAMPLE, a, b) }
 }

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 use radgrad_core::{Error, Polygon, Receiver};
+use radgrad_scene::largest;
 
 use crate::cases::sampler::Sampler;
 
@@ -48,7 +49,7 @@ pub(super) struct Seen {
 impl Seen {
     /// `None` where decisions are not clear, or where an edge passes nearer than the derivations in double precision go.
     pub(super) fn new(receiver: &Receiver, polygon: &Polygon) -> Option<Self> {
-        let farthest = polygon.vertices().iter().map(|v| (*v - receiver.position()).abs().max_element()).fold(0.0, f64::max);
+        let farthest = polygon.vertices().iter().map(|v| (*v - receiver.position()).abs().max_element()).fold(0.0, largest);
         let power = libm::exp2(-libm::log2(farthest).floor());
         let (n1, n2) = (receiver.direction().normalize(), polygon.normal());
         let vertices: Vec<DVec3> = polygon.vertices().iter().map(|v| (*v - receiver.position()) * power).collect();

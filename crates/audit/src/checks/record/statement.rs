@@ -1,4 +1,4 @@
-//! What a record says: statements of a subject, and how far those of today may be from them.
+//! The statements of a record about a subject, and the largest allowed distance of today's from them.
 
 use serde::{Deserialize, Serialize};
 
