@@ -254,6 +254,30 @@ fn across_an_axis<F: Precision>(index: u64, cast: &Cast<F>) -> Result<Vec<String
     Ok(findings)
 }
 
+/// One reflectance for all is that of each, in batches that fill vectors and in those that do not.
+fn one_for_all() -> Result<Vec<String>, Error> {
+    let square = [[-1.0, -1.0], [-1.0, 1.0], [1.0, 1.0], [1.0, -1.0]].map(|[x, y]| DVec3::new(x, y, 1.0));
+    let polygon = Polygon::new(square.to_vec())?;
+    let mut findings = Vec::new();
+    for emission in [Emission::Constant(1.0), Emission::gradient(1.0, DVec3::X * 0.25)] {
+        let emitter = Emitter::new(polygon.clone(), emission)?;
+        for count in [1, 15, 16, 17, 100] {
+            let (zero, up): (Vec<f64>, Vec<f64>) = (vec![0.0; count], vec![1.0; count]);
+            let x: Vec<f64> = (0..count).map(|k| k as f64 * 0.01).collect();
+            let answers = |rho: &[f64]| {
+                let receivers = Receivers::new([&x, &zero, &zero], [&zero, &zero, &up], rho)?;
+                let mut output = Answers::<f64>::new();
+                Engine::new().evaluate_to(&receivers, &emitter, 1e-9, &mut output)?;
+                Ok::<_, Error>(output)
+            };
+            if answers(&[0.75])? != answers(&vec![0.75; count])? {
+                findings.push(format!("{count} receivers: one reflectance for all is not that of each"));
+            }
+        }
+    }
+    Ok(findings)
+}
+
 /// Contradictions of the first batches.
 #[must_use]
 pub fn all_wrong(count: u64) -> Vec<String> {
@@ -266,7 +290,8 @@ pub fn all_wrong(count: u64) -> Vec<String> {
         ];
         told.into_iter().flat_map(move |told| told.unwrap_or_else(|error| vec![format!("batch {index}: {error}")]))
     };
-    (0..count).into_par_iter().flat_map_iter(of).collect()
+    let together = one_for_all().unwrap_or_else(|error| vec![format!("batches of one reflectance: {error}")]);
+    (0..count).into_par_iter().flat_map_iter(of).chain(together).collect()
 }
 
 #[cfg(test)]

@@ -527,6 +527,7 @@ fn motions_of_all(_: &Setting<'_>) -> Vec<String> {
     if 2.0 * campaign.compared() < 1.0 || campaign.rows.len() < families.len() {
         findings.push(format!("{:.2} of the cases have slopes to compare with", campaign.compared()));
     }
+    findings.extend(motions::of_special_cases());
     findings
 }
 

@@ -126,6 +126,22 @@ fn counts() -> Told {
     Ok(findings)
 }
 
+/// Of a constant that is known to a radius the slope is known to what the ends of the radius allow: `(64 c(1/2) - 20 c(1) + c(2))/45` of
+/// central differences, each off by the radius over its step.
+fn slopes_of_rough_values() -> Told {
+    let mut findings = Vec::new();
+    for (radius, step) in [(1.0 / 1024.0, 0.25), (1e-9, 1.0 / 64.0), (0.5, 2.0)] {
+        let constant = Interval::around_decimal("1", radius)?;
+        let slope = slope_along(|_| Ok(constant.clone()), step)?;
+        let least = (64.0 * 2.0 + 20.0 + 0.5) / 45.0 * radius / step;
+        let holds = slope.value.abs() <= 1e-12 && slope.error >= least;
+        if !holds {
+            findings.push(format!("a constant known to {radius:e} has the slope {slope:?} over {step}, off by {least:e}"));
+        }
+    }
+    Ok(findings)
+}
+
 /// Values and slopes of polynomials against powers and differences.
 fn polynomials() -> Told {
     let sampler = &mut Sampler::new(21, "polynomials", 0);
@@ -202,7 +218,7 @@ fn edges_end_on() -> Told {
 /// All findings of these checks.
 #[must_use]
 pub fn all_wrong() -> Vec<String> {
-    let asked = [functions, rectangles, intervals, counts, polynomials, slopes, edges_end_on];
+    let asked = [functions, rectangles, intervals, counts, polynomials, slopes, slopes_of_rough_values, edges_end_on];
     asked.into_iter().flat_map(|ask| ask().unwrap_or_else(|error| vec![error.to_string()])).collect()
 }
 

@@ -50,6 +50,24 @@ pub fn of_edges(line: &str) -> Vec<String> {
     findings
 }
 
+/// Violations by perpendicular edges so short that the product of their lengths is the least double: they exchange exactly 0.
+#[must_use]
+pub fn of_shortest_edges() -> Vec<String> {
+    let length = 2.5e-162;
+    let start = DVec3::new(1.0, 0.0, 0.5);
+    let [first, second] = [[DVec3::ZERO, DVec3::X * length], [start, start + DVec3::Y * length]];
+    let mut findings = Vec::new();
+    for [a, b] in [[first, second], [second, first]] {
+        for truncation in [1e-16, 1e-6] {
+            let [exchange, error] = probes::mean_logarithm(a, b, truncation);
+            if exchange != 0.0 || !(0.0..=1e-300).contains(&error) {
+                findings.push(format!("perpendicular edges of {length:e} exchange {exchange:e}, known to {error:e}"));
+            }
+        }
+    }
+    findings
+}
+
 /// The pairs of edges with known digits.
 pub fn edges() -> impl Iterator<Item = &'static str> {
     include_str!("../../../../data/reference/edges.txt").lines()

@@ -5,7 +5,7 @@
 //! hundredth of the size, so that what a choice of surfaces decides is no rounding.
 
 use glam::DVec3;
-use radgrad_core::{Answer, Emission, Emitter, Polygon, Receiver, evaluate_to};
+use radgrad_core::{Answer, Emission, Emitter, Error, Method, Polygon, Polynomial, Receiver, evaluate_to};
 use rayon::prelude::*;
 
 use crate::cases::sampler::Sampler;
@@ -118,6 +118,22 @@ pub fn wrong(index: u64) -> Option<Vec<String>> {
 /// A case in which the receiver is within the hull of an occluder's vertices.
 const SURROUNDED: u64 = 767;
 
+/// By a rule a polynomial on a bent lamp is known no better than the bend allows.
+fn bent_polynomial() -> Result<Vec<String>, Error> {
+    let corners = [[0.0, 0.0], [0.0, 1.0], [1.0, 1.0], [1.0, 0.0]].map(|[x, y]| DVec3::new(x, y, 8.0 + 1e-6 * x * y));
+    let polygon = Polygon::from_rounded(corners.to_vec(), 1e-6)?;
+    let defect = polygon.planarity_defect();
+    let polynomial = Polynomial::new(DVec3::Z * 8.0, [(1.0, [6, 0, 0]), (0.125, [0, 0, 0])])?;
+    let emitter = Emitter::new(polygon, Emission::Polynomial(polynomial))?;
+    let answer = evaluate_to(&Receiver::new(DVec3::ZERO, DVec3::Z, 1.0)?, &emitter, &[], 1.0)?;
+    // The slope is up to 6 on an emission of up to 1.125: the bend moves the light by ten times this.
+    let least = defect * answer.radiosity;
+    Ok((is_worse(least, answer.radiosity_error) || answer.method != Method::Quadrature)
+        .then(|| format!("a bent polynomial lamp is known to {:e}: {answer:?}", answer.radiosity_error))
+        .into_iter()
+        .collect())
+}
+
 /// Contradictions in the first cases.
 #[must_use]
 pub fn all_wrong(count: u64) -> Vec<String> {
@@ -127,7 +143,8 @@ pub fn all_wrong(count: u64) -> Vec<String> {
         .then(|| "more than half of the polygons are refused".to_owned());
     let named =
         |(index, told): (u64, Option<Vec<String>>)| told.into_iter().flatten().map(move |what| format!("hulls:{index}: {what}"));
-    told.into_iter().flat_map(named).chain(few).collect()
+    let bent = bent_polynomial().unwrap_or_else(|error| vec![error.to_string()]);
+    told.into_iter().flat_map(named).chain(few).chain(bent).collect()
 }
 
 #[cfg(test)]

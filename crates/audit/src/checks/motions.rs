@@ -7,7 +7,9 @@
 use std::collections::BTreeMap;
 
 use glam::{DMat3, DVec3};
-use radgrad_core::{Derivative, Derivatives, Emission, Emitter, Error, Linear, Polygon, Polynomial, derivatives, evaluate_to};
+use radgrad_core::{
+    Derivative, Derivatives, Emission, Emitter, Error, Linear, Polygon, Polynomial, Receiver, derivatives, evaluate_to,
+};
 use radgrad_oracle::{Motion, Request, Slope, Source, enclose_moved, enclose_occluded, slope_along};
 use radgrad_scene::case::Problem;
 use radgrad_scene::{largest, smallest};
@@ -312,6 +314,48 @@ fn affine_values(polygon: &Polygon, largest: f64, random: &mut Sampler) -> Vec<f
     vertices.iter().map(|vertex| largest * (value + slope.dot(*vertex - vertices[0]))).collect()
 }
 
+/// Violations where a screen is seen edge-on, and where the emission changes its sign.
+#[must_use]
+pub fn of_special_cases() -> Vec<String> {
+    let told = std::iter::once(edge_on_aside()).chain((0..20).map(negated));
+    told.flat_map(|told| told.unwrap_or_else(|error| vec![error.to_string()])).collect()
+}
+
+/// A screen seen edge-on, beside the lamp: its motion changes nothing, and that is known.
+fn edge_on_aside() -> Result<Vec<String>, Error> {
+    let lamp = [[-1.0, -1.0], [-1.0, 1.0], [1.0, 1.0], [1.0, -1.0]].map(|[x, y]| DVec3::new(x, y, 1.0));
+    let emitter = Emitter::new(Polygon::new(lamp.to_vec())?, Emission::Constant(1.0))?;
+    let receiver = Receiver::new(DVec3::ZERO, DVec3::Z, 1.0)?;
+    let screen = |corners: [[f64; 2]; 3]| Polygon::new(corners.map(|[y, z]| DVec3::new(0.0, y, z)).to_vec());
+    // In the plane x = 0 of the receiver, which cuts the lamp: beside it, and before it.
+    let (aside, before) = (screen([[5.0, 0.125], [6.0, 0.125], [5.0, 0.5]])?, screen([[-0.25, 0.5], [0.25, 0.5], [0.0, 0.75]])?);
+    let is_bounded = |screen: &Polygon| {
+        let by_vertices = derivatives(&receiver, &emitter, [screen], 1e-9)?.occluders;
+        Ok::<_, Error>(by_vertices[0].iter().all(|vertex| vertex.error.is_finite()))
+    };
+    let said = [is_bounded(&aside)?, is_bounded(&before)?];
+    Ok((said != [true, false]).then(|| format!("screens edge-on have bounds {said:?}, not [true, false]")).into_iter().collect())
+}
+
+/// Derivatives of the emission's opposite: the same bounds.
+fn negated(index: u64) -> Result<Vec<String>, Error> {
+    let s = &mut Sampler::new(83, "negated", index);
+    let corners = [[-1.0, -1.0], [-1.0, 1.0], [1.0, 1.0]].map(|[x, y]| DVec3::new(x, y, 1.0) + s.cube() * 0.125);
+    let polygon = Polygon::new(corners.to_vec())?;
+    let values = [s.between(0.5, 2.0), s.between(0.5, 2.0), s.between(0.5, 2.0)];
+    let receiver = Receiver::new(s.cube() * 0.25, DVec3::Z, 0.5)?;
+    let derived = |sign: f64| {
+        let emitter = Emitter::new(polygon.clone(), Emission::at_vertices(values.map(|b| sign * b).to_vec()))?;
+        derivatives(&receiver, &emitter, [], 1e-9)
+    };
+    let [plus, minus] = [derived(1.0)?, derived(-1.0)?];
+    let of_each = |d: &Derivatives| [d.radiosity.error, d.reflectance.error, d.gradient.error, d.normal.error];
+    Ok((of_each(&plus) != of_each(&minus) || plus.radiosity.value != -minus.radiosity.value)
+        .then(|| format!("negated:{index}: {:?} and {:?}", of_each(&plus), of_each(&minus)))
+        .into_iter()
+        .collect())
+}
+
 /// Identities that do not hold: of all vertices together with the gradient, of turns and scales, of the emission, and of the parts of the
 /// radiosity.
 fn identities(problem: &Problem, found: &Derivatives, tolerance: f64) -> Vec<String> {
@@ -347,6 +391,11 @@ fn identities(problem: &Problem, found: &Derivatives, tolerance: f64) -> Vec<Str
     let along = found.normal.value.dot(receiver.normal());
     let size = length(found.normal.value);
     hold("the derivative by the normal", (along - radiosity.value).abs(), found.normal.error + radiosity.error, size);
+    let still = found.scale(receiver.position());
+    if found.gradient.error.is_finite() && (still.value != 0.0 || still.error != 0.0) {
+        findings.push(format!("a scale around the receiver changes the light by {:e}, known to {:e}", still.value, still.error));
+        return findings;
+    }
     let parameters = parameters(emitter);
     let mut euler = Terms::default();
     for (derivative, parameter) in found.emission.iter().zip(&parameters) {

@@ -3,6 +3,7 @@
 //! A bound of one operation is met closely by random operands, so that half of it is seen to be too little; in a whole formula it is lost
 //! among others. Operands are numbers, and balls of which the ends are asked.
 
+use radgrad_numbers::arc_tangent;
 use radgrad_numbers::arithmetic::Arithmetic;
 use radgrad_numbers::ball::Ball;
 use radgrad_numbers::big::{self, Big};
@@ -10,7 +11,8 @@ use radgrad_numbers::double_double::DoubleDouble;
 use radgrad_numbers::double_double_on_lanes::ROUNDOFF_ON_LANES;
 use radgrad_numbers::lanes::ball::LaneBall;
 use radgrad_numbers::lanes::instruction_set::fearless_simd::{Level, Simd, SimdBase, f64x4};
-use radgrad_numbers::number::Number;
+use radgrad_numbers::logarithm;
+use radgrad_numbers::number::{Number, ROUNDOFF};
 use radgrad_numbers::on_instruction_set;
 use radgrad_numbers::radius::Radius;
 use radgrad_numbers::real::Real;
@@ -101,8 +103,21 @@ fn finer_contradictions(sampler: &mut Sampler) -> Vec<String> {
 /// Factors of the operands on each of four lanes.
 const FACTORS: [f64; 4] = [1.0, 2.0, 0.5, 4.0];
 
-const BALLS_ON_LANES: [&str; 8] =
-    ["sum", "difference", "product", "quotient", "root", "rounded", "sum of three lanes", "sum of four"];
+/// Factors with which the third lane outweighs the first two.
+const SIGNS: [f64; 4] = [1.0, -1.0, -64.0, 1.0];
+
+const BALLS_ON_LANES: [&str; 10] = [
+    "sum",
+    "difference",
+    "product",
+    "quotient",
+    "root",
+    "rounded",
+    "quotient of two signs",
+    "sum of three lanes",
+    "sum of four",
+    "sum of three of two signs",
+];
 
 /// Operations on balls on lanes, of two positive numbers times the factors; the angle of the two, and half the logarithm of the first.
 #[inline(always)]
@@ -110,18 +125,20 @@ fn balls_on_lanes<S: Simd>(
     simd: S,
     numbers: [Ball<f64>; 2],
     [angle, logarithm]: [f64; 2],
-) -> ([[Ball<f64>; 4]; 8], [Ball<f64>; 2]) {
+) -> ([[Ball<f64>; 4]; 10], [Ball<f64>; 2]) {
     let factors = f64x4::from_slice(simd, &FACTORS);
     let plain = numbers.map(|number| LaneBall::splat(simd, number));
     let [x, y] = plain.map(|number| number.moved(|lanes| lanes * factors));
     let lanes = |ball: LaneBall<S>| [0, 1, 2, 3].map(|k| Ball::approximate(ball.middle()[k], ball.error()[k]));
     let splat = |value: f64| f64x4::splat(simd, value);
     let functions = [LaneBall::angle(plain[0], plain[1], splat(angle)), plain[0].half_logarithm(splat(logarithm))];
-    let sums = [3, 4].map(|count| [x.sum_of_first(count); 4]);
+    let signed = x * LaneBall::rounded(f64x4::from_slice(simd, &SIGNS));
     let exact = LaneBall::rounded(x.middle());
-    let results = [x + y, x - y, x * y, x / y, x.sqrt(), exact].map(lanes);
-    let [a, b, c, d, e, f] = results;
-    ([a, b, c, d, e, f, sums[0], sums[1]], functions.map(|function| lanes(function)[0]))
+    let results = [x + y, x - y, x * y, x / y, x.sqrt(), exact, -x / y].map(lanes);
+    let [a, b, c, d, e, f, g] = results;
+    let sums = [x.sum_of_first(3), x.sum_of_first(4), signed.sum_of_first(3)].map(|sum| [sum; 4]);
+    let [three, four, of_signs] = sums;
+    ([a, b, c, d, e, f, g, three, four, of_signs], functions.map(|function| lanes(function)[0]))
 }
 
 /// Operations on balls on lanes that double-doubles contradict, at ends of the balls.
@@ -149,7 +166,10 @@ fn contradictions_on_lanes(sampler: &mut Sampler) -> Vec<String> {
     for (lane, factor) in FACTORS.into_iter().enumerate() {
         let [x, y] = end.map(|end| Ball::<DoubleDouble>::exact(end * factor));
         let sum = |count: usize| Ball::exact(end[0]) * Ball::exact(FACTORS[..count].iter().sum());
-        let fine = [x + y, x - y, x * y, x / y, x.sqrt(), Ball::exact(middle[0] * factor), sum(3), sum(4)];
+        let signed = (0..3).map(|k| FACTORS[k] * SIGNS[k]).sum();
+        let of_signs = Ball::exact(end[0]) * Ball::exact(signed);
+        let rounded = Ball::exact(middle[0] * factor);
+        let fine = [x + y, x - y, x * y, x / y, x.sqrt(), rounded, -(x / y), sum(3), sum(4), of_signs];
         for ((coarse, fine), name) in results.iter().zip(fine).zip(BALLS_ON_LANES) {
             compare(name, coarse[lane], fine);
         }
@@ -157,6 +177,13 @@ fn contradictions_on_lanes(sampler: &mut Sampler) -> Vec<String> {
     let [x, y] = end.map(Ball::<DoubleDouble>::exact);
     compare("angle", functions[0], x.atan2(y));
     compare("half a logarithm", functions[1], x.ln() * Ball::exact(0.5));
+    // The rounding of a function is proven, and larger than what any operand meets.
+    for (name, function, units) in [("angle", functions[0], arc_tangent::UNITS), ("logarithm", functions[1], logarithm::UNITS)] {
+        let least = units * ROUNDOFF * function.middle().abs();
+        if function.error() < least {
+            findings.push(format!("{name} on lanes is known to {:e}, its rounding is {least:e}", function.error()));
+        }
+    }
     findings
 }
 

@@ -147,6 +147,18 @@ fn affinity(sampler: &mut Sampler) -> Vec<String> {
     findings
 }
 
+/// The slope that a polynomial has at vertex 0, by its coefficients in the plane and by its terms.
+fn slopes(sampler: &mut Sampler) -> Vec<String> {
+    let Ok(polygon) = Polygon::new(planar(sampler)) else { return vec!["a plane polygon is refused".to_owned()] };
+    let mut term = |powers: [u8; 3]| (sampler.between(-2.0, 2.0), powers);
+    let terms = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [2, 0, 1], [1, 1, 1]].map(&mut term);
+    let emitter = Polynomial::new(sampler.cube(), terms).and_then(|sum| Emitter::new(polygon, Emission::Polynomial(sum)));
+    let Ok(emitter) = emitter else { return vec!["a polynomial is refused".to_owned()] };
+    let [slope, by_terms] = [emitter.emission_gradient(), emitter.emission_gradient_at(emitter.polygon().vertices()[0])];
+    let holds = (slope - by_terms).length() <= 1e-10 * (1.0 + by_terms.length());
+    (!holds).then(|| format!("a polynomial has the slope {slope} at vertex 0, by its terms {by_terms}")).into_iter().collect()
+}
+
 /// Counts, degrees and numbers out of range, each with its neighbour that is within.
 fn limits() -> Vec<String> {
     let triangle = || Polygon::new(vec![DVec3::Z, DVec3::Z + DVec3::Y, DVec3::Z + DVec3::X]);
@@ -160,6 +172,8 @@ fn limits() -> Vec<String> {
     let count = |count: usize| lamp(Emission::at_vertices(vec![1.0; count])).err();
     let refused = |values: usize| Some(Error::EmissionCount { values, vertices: 3 });
     hold("as many values as vertices", [count(2), count(3), count(4)] == [refused(2), None, refused(4)]);
+    let sum = |c: f64| Polynomial::new(DVec3::ZERO, [(c, [0; 3]); 2]).and_then(|sum| lamp(Emission::Polynomial(sum)));
+    hold("sums up to the largest number", sum(1e307).is_ok() && sum(1e308).is_err());
     let degree = |power: u8| Polynomial::new(DVec3::ZERO, [(1.0, [power, 128, 0])]).is_ok();
     hold("degrees up to the highest", [degree(126), degree(127), degree(128)] == [true, true, false]);
     hold(
@@ -175,6 +189,20 @@ fn limits() -> Vec<String> {
     };
     hold("what single precision holds", [1e36, 1.0, 1e-30].iter().all(|value| of_single(*value) == Ok(true)));
     hold("what single precision does not hold", [1e40, 1e300].iter().all(|value| of_single(*value).is_err()));
+    // The value is in range, its slope is not.
+    let steep = |power: i32| -> Result<bool, Error> {
+        let unit = libm::ldexp(1.0, power);
+        let corners = [DVec3::Z, DVec3::Z + DVec3::Y, DVec3::Z + DVec3::X].map(|v| v * unit);
+        let lamp = Emitter::new(Polygon::new(corners.to_vec())?, Emission::Constant(1e20))?;
+        #[allow(clippy::cast_possible_truncation, reason = "three bits are held by single precision")]
+        let place = [0.125, 0.125, 0.5].map(|c: f64| [(c * unit) as f32]);
+        let receivers = Receivers::new([&place[0][..], &place[1], &place[2]], [&[0.0f32], &[0.0], &[1.0]], &[1.0])?;
+        let mut answers = Answers::<f32>::new();
+        Engine::new().evaluate_to(&receivers, &lamp, 1.0, &mut answers)?;
+        Ok(answers.gradient.iter().all(|component| component[0].is_finite()))
+    };
+    hold("slopes that single precision holds", [0, -40].iter().all(|power| steep(*power) == Ok(true)));
+    hold("slopes that single precision does not hold", steep(-100).is_err());
     // A light of which there is no doubt that it is none.
     let receiver = Receiver::new(DVec3::ZERO, -DVec3::Z, 1.0);
     let dark = receiver.clone().and_then(|receiver| evaluate_to(&receiver, &lamp(Emission::Constant(1.0))?, &[], 0.0));
@@ -256,7 +284,7 @@ fn certificates() -> Option<[bool; 7]> {
 /// A rule by its name: what is wrong with what is drawn.
 type Rule = (&'static str, fn(&mut Sampler) -> Vec<String>);
 
-const RULES: [Rule; 3] = [("flatness", flatness), ("short edges", short_edges), ("affinity", affinity)];
+const RULES: [Rule; 4] = [("flatness", flatness), ("short edges", short_edges), ("affinity", affinity), ("slopes", slopes)];
 
 /// Violations of the rules.
 #[must_use]

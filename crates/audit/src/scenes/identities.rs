@@ -187,9 +187,109 @@ fn half_dark() -> Wrong {
     Ok(findings)
 }
 
+/// A point that rounding has put beside its face is on it, and one far beside is not.
+fn beside() -> Wrong {
+    let [floor, ceiling, ..] = walls(DVec3::ONE);
+    let scene = scene(&[(floor, 0.5, 0.0), (ceiling, 0.5, 1.0)], false, &["grey"]).map_err(|error| error.to_string())?;
+    let request = Request { width: 0.5, rays: 500, seed: 3, delta: 1e-3 };
+    let mut findings = Vec::new();
+    for (distance, is_on) in [(1e-9, true), (-1e-9, true), (1e-4, false)] {
+        for (along, outward) in [(DVec3::X, -DVec3::Y), (DVec3::Y, -DVec3::X), (DVec3::new(2.0, 1.0, 0.0), DVec3::X)] {
+            // At the middle of an edge.
+            let position = along * 0.5 + outward * distance;
+            let place = Place { position, normal: DVec3::Z, face: Some(0) };
+            let points = certify_points(&scene, &[place], &request).map_err(|error| error.to_string())?;
+            if points[0].is_ok() != is_on {
+                findings.push(format!("{position} beside the floor: {:?}", points[0]));
+            }
+        }
+    }
+    Ok(findings)
+}
+
+/// In a channel without light there is none, also where nothing is absorbed.
+fn dark_and_white() -> Wrong {
+    let said = |error: radgrad_scene::Error| error.to_string();
+    let mut scene = Scene::new(["lit", "white"]).map_err(said)?;
+    let surface = scene.add_surface("every");
+    for (index, corners) in walls(DVec3::ONE).into_iter().enumerate() {
+        let radiance = if index == 1 { 1.0 } else { 0.0 };
+        let material = scene.add_material(index.to_string(), [0.5, 1.0], [radiance, 0.0]).map_err(said)?;
+        scene.add_face(surface, material, Polygon::new(corners).map_err(|error| error.to_string())?, None).map_err(said)?;
+    }
+    let request = Request { width: 0.2, rays: 2_000, seed: 5, delta: 1e-3 };
+    let certificate = certify(&scene, &request).map_err(|error| error.to_string())?;
+    let [lit, dark] = [certificate.reflected[0], certificate.reflected[1]];
+    let holds = dark.upper == 0.0 && lit.lower > 0.0 && lit.upper.is_finite();
+    Ok((!holds).then(|| format!("a white channel without light has {dark:?}, the other one {lit:?}")).into_iter().collect())
+}
+
+/// The faces of a convex block do not see each other: walks on it end, though it absorbs nothing.
+fn white_block() -> Wrong {
+    let corners = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
+    let faces = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]].map(|face| (face.map(|k| corners[k]).to_vec(), 1.0, 0.0));
+    let lamp = [[-2.0, -2.0], [-2.0, 2.0], [2.0, 2.0], [2.0, -2.0]].map(|[x, y]| DVec3::new(x, y, 3.0)).to_vec();
+    let mut walls = faces.to_vec();
+    walls.push((lamp, 0.0, 1.0));
+    let scene = scene(&walls, false, &["grey"]).map_err(|error| error.to_string())?;
+    let request = Request { width: 0.2, rays: 4_000, seed: 7, delta: 1e-3 };
+    let limits = certify(&scene, &request).map_err(|error| error.to_string())?.reflected[0];
+    let holds = limits.lower > 0.0 && limits.upper.is_finite();
+    Ok((!holds).then(|| format!("a white block under a lamp reflects {limits:?}")).into_iter().collect())
+}
+
+/// A closed room that glows and reflects everything, beside a face that only hides: its light is never lost, wherever that face is in order.
+fn lossless() -> Wrong {
+    let said = |error: radgrad_scene::Error| error.to_string();
+    let mut findings = Vec::new();
+    for place in [0, 3, 6] {
+        let mut scene = Scene::new(["grey"]).map_err(said)?;
+        let (room, plate) = (scene.add_surface("room"), scene.add_obstruction("plate"));
+        let white = scene.add_material("white", [1.0], [1.0]).map_err(said)?;
+        let mut faces: Vec<(usize, Vec<DVec3>)> = walls(DVec3::ONE).into_iter().map(|corners| (room, corners)).collect();
+        let beside = faces[0].1.iter().map(|p| *p - DVec3::Z).collect();
+        faces.insert(place, (plate, beside));
+        for (surface, corners) in faces {
+            scene.add_face(surface, white, Polygon::new(corners).map_err(|error| error.to_string())?, None).map_err(said)?;
+        }
+        let options = Options { error: 0.1, first_elements: 1, most_elements: 12, ..Options::default() };
+        let told = solve(&scene, &options, |_| false).map(|solution| solution.mean().to_vec());
+        if !matches!(told, Err(radgrad_solver::Error::Lossless { .. })) {
+            findings.push(format!("light that is never lost is solved with a plate before face {place}: {told:?}"));
+        }
+    }
+    Ok(findings)
+}
+
+/// Rooms of very many faces: clusters are opened until what is left is as little as was asked for.
+fn many_faces() -> Wrong {
+    let said = |error: radgrad_scene::Error| error.to_string();
+    let mut scene = Scene::new(["grey"]).map_err(said)?;
+    let surface = scene.add_surface("every");
+    let [grey, lamp] =
+        [scene.add_material("grey", [0.5], [0.0]).map_err(said)?, scene.add_material("lamp", [0.0], [1.0]).map_err(said)?];
+    let quad = |x: f64, y: f64, side: f64, z: f64, is_up: bool| {
+        let mut v = [[0.0, 0.0], [side, 0.0], [side, side], [0.0, side]].map(|[a, b]| DVec3::new(x + a, y + b, z)).to_vec();
+        if !is_up {
+            v.reverse();
+        }
+        Polygon::new(v).map_err(|error| error.to_string())
+    };
+    for k in 0..1024u32 {
+        let (x, y) = (f64::from(k % 32) / 32.0, f64::from(k / 32) / 32.0);
+        scene.add_face(surface, grey, quad(x, y, 1.0 / 32.0, 0.0, true)?, None).map_err(said)?;
+    }
+    scene.add_face(surface, grey, quad(0.0, 0.0, 1.0, 0.5, false)?, None).map_err(said)?;
+    scene.add_face(surface, lamp, quad(0.4, 0.4, 0.2, 0.4, false)?, None).map_err(said)?;
+    let solution = solve(&scene, &Options { error: 0.05, degree: Some(0), ..Options::default() }, |_| false)
+        .map_err(|error| error.to_string())?;
+    Ok(if solution.progress().links == 0 { vec!["of very many faces none is linked".to_owned()] } else { Vec::new() })
+}
+
 /// Contradictions of a few rooms of each kind.
 #[must_use]
 pub fn all_wrong() -> Vec<String> {
-    let told = [even(0), surfaces(0), surfaces(1), half_dark(), gathered(0), gathered(1), gathered(2)];
-    told.into_iter().flat_map(|told| told.unwrap_or_else(|why| vec![why])).map(|what| format!("identities: {what}")).collect()
+    let rooms = [even(0), surfaces(0), surfaces(1), half_dark(), gathered(0), gathered(1), gathered(2)];
+    let told = rooms.into_iter().chain([beside(), dark_and_white(), white_block(), lossless(), many_faces()]);
+    told.flat_map(|told| told.unwrap_or_else(|why| vec![why])).map(|what| format!("identities: {what}")).collect()
 }

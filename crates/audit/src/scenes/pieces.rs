@@ -99,6 +99,10 @@ const MANY: u64 = 26;
 /// The corners of a screen that is round.
 const ROUND: u32 = 30;
 
+/// A screen with a dent, and the cases that have it.
+const DENT: [[f64; 2]; 5] = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [0.0, 0.5], [-1.0, 1.0]];
+const DENTED: [u64; 3] = [6, 14, 17];
+
 fn looked(index: u64) -> Result<Looked, String> {
     let s = &mut Sampler::new(18, "transfers", index);
     let (u, v) = (
@@ -123,7 +127,9 @@ fn looked(index: u64) -> Result<Looked, String> {
         let around = |k: u32| f64::from(k) * std::f64::consts::TAU / f64::from(ROUND);
         // More corners than are kept of a shadow.
         let round = || (0..ROUND).map(|k| middle + a * around(k).cos() + b * around(k).sin()).collect();
-        faces.push(if index == 4 { round() } else { vec![middle - a, middle + a - b, middle + b] });
+        let dent = || DENT.map(|[x, y]| middle + a * x + b * y).to_vec();
+        let corners = if index == 4 { round() } else { vec![middle - a, middle + a - b, middle + b] };
+        faces.push(if DENTED.contains(&index) { dent() } else { corners });
     }
     if s.one_in(4) {
         // One that is in part below the face's plane.
@@ -331,12 +337,31 @@ fn derivatives() -> Wrong {
     Ok(findings)
 }
 
+/// Findings on bounds on the kernel of an element that a point nearly touches.
+fn close() -> Wrong {
+    let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|[x, y]| DVec3::new(x, y, 0.0));
+    let mesh = Mesh::new(&scene_of(vec![corners.to_vec()])?, 0).map_err(|error| error.to_string())?;
+    let (element, mut findings) = (&mesh.elements()[0], Vec::new());
+    for power in [10, 20, 30, 36, 44] {
+        let point = DVec3::new(0.25, 0.625, 1.0 / (1u64 << power) as f64);
+        let receiver = Receiver::new(point, DVec3::NEG_Z, 1.0).map_err(|error| error.to_string())?;
+        for transfer in parts::transfers(&mesh, &receiver, 1e-9, 0).map_err(|error| error.to_string())? {
+            let (value, [_, peak]) = (kernel_at(&receiver, element, element.reference(point)), transfer.kernel);
+            if exceeds(value, peak * (1.0 + 1e-12)) {
+                findings.push(format!("2^-{power} over an element the kernel is {value:e}, the bound {peak:e}"));
+            }
+        }
+    }
+    Ok(findings)
+}
+
 /// Findings on derivatives of kernels, on the cells that rays are sent to, on boxes of normals and points, and on the brightest light that fills a
 /// hemisphere.
 #[must_use]
 pub fn rules() -> Vec<String> {
     let s = &mut Sampler::new(26, "rules", 0);
-    let mut findings = derivatives().unwrap_or_else(|why| vec![why]);
+    let mut findings: Vec<String> =
+        [derivatives(), close()].into_iter().flat_map(|told| told.unwrap_or_else(|why| vec![why])).collect();
     for (shape, side) in
         [Shape::Parallelogram, Shape::Triangle].into_iter().flat_map(|shape| (1..6).map(move |side| (shape, side)))
     {

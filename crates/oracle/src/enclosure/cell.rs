@@ -330,7 +330,7 @@ impl Shape {
             let order = order(self, &[piece], 0.5 * (s[1] - s[0]), share);
             if order.count <= FEW || order.gain >= LEAST_GAIN {
                 cells.push(Cell { s, t: [0.0, 0.0], orders: [order, order] });
-            } else if s[1] - s[0] < NARROWEST {
+            } else if s[1] - s[0] < NARROWEST || cells.len() + pending.len() > MOST_CELLS {
                 return Err(Error::Cell { width: s[1] - s[0], distance: length(self.point(s[0], 0.0)) });
             } else {
                 let [near, far] = parted(s);

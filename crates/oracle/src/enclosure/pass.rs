@@ -224,6 +224,9 @@ impl<T: Real> Prepared<T> {
                 plan.evaluations += cells.iter().map(|c| c.orders[0].count as u64).sum::<u64>();
                 error += cells.iter().map(|c| c.orders[0].error).sum::<f64>();
                 plan.rays.push(cells);
+                if plan.evaluations > most {
+                    return Ok(plan);
+                }
             }
             if error <= 1.0 - 1e-9 {
                 return Ok(plan);

@@ -139,7 +139,8 @@ fn room([length, light]: [f64; 2]) -> Result<Vec<Face>, radgrad_core::Error> {
         Ok(Face { polygon, reflectance, emitted, exchanges: true, pattern: None })
     };
     let mut faces = faces.into_iter().map(face).collect::<Result<Vec<Face>, _>>()?;
-    let at = move |point: DVec3| 0.05 + 0.05 * point.y / length;
+    // The face is where x is -1 in the unit: on another one the pattern is another.
+    let at = move |point: DVec3| 0.05 + 0.05 * (point.x + point.y + length) / length;
     faces[0].pattern = Some(Pattern::new(move |point| [at(point), furnace_emission(at(point)) * light]));
     faces[0].emitted = light;
     Ok(faces)

@@ -15,6 +15,7 @@ pub(super) fn free_exchanges(_: &Setting<'_>) -> Vec<String> {
     let mut findings: Vec<String> = lines.par_iter().flat_map_iter(|line| exchanges::of_edges(line)).collect();
     let drawn = (0..40u64).into_par_iter().flat_map_iter(|index| [exchanges::of_pair(index), exchanges::of_tetrahedron(index)]);
     findings.extend(drawn.flatten_iter().collect::<Vec<_>>());
+    findings.extend(exchanges::of_shortest_edges());
     findings
 }
 

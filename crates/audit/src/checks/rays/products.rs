@@ -146,7 +146,8 @@ pub(super) fn damaged(bytes: &[u8], rays: usize, places: &[(usize, bool)], is_ta
 fn reciprocal(blocks: &BlockOperator, areas: &[f64]) -> Result<Vec<String>, radgrad_scene::Error> {
     let unit = |face: usize| (0..areas.len()).map(|k| f64::from(u8::from(k == face))).collect::<Vec<f64>>();
     let got = (0..areas.len()).map(|face| blocks.apply(&unit(face))).collect::<Result<Vec<_>, _>>()?;
-    let mut findings = Vec::new();
+    let itself = (0..areas.len()).filter(|&face| got[face][face] != 0.0);
+    let mut findings: Vec<String> = itself.map(|i| format!("in blocks {i} gets {:e} of itself", got[i][i])).collect();
     for (i, j) in (0..areas.len()).flat_map(|i| (0..i).map(move |j| (i, j))) {
         let [there, back] = [areas[i] * got[j][i], areas[j] * got[i][j]];
         if there < 0.0 || is_worse((there - back).abs(), 1e-12 * there) {

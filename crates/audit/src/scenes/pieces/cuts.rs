@@ -33,6 +33,11 @@ pub fn shadow_lines(cases: u64) -> Vec<String> {
     if 20 * missed > changes || changes == 0 {
         findings.push(format!("of {changes} places where the sight of a lamp changes no line passes {missed}"));
     }
+    for unit in [1.0, 1.0 / (1u64 << 40) as f64, (1u64 << 40) as f64] {
+        for (index, centre) in (0..).zip([DVec3::ZERO, DVec3::new(3.0, -5.0, 7.0)]) {
+            findings.extend(named("parallel lines", index, parallel_lines(centre, unit)));
+        }
+    }
     findings
 }
 
@@ -67,6 +72,36 @@ fn room(index: u64) -> Vec<Vec<DVec3>> {
     faces.push(vec![a, b, b + DVec3::Z * 0.8, a + DVec3::Z * 0.8]);
     let (turn, offset) = (turned(s), s.cube() * 3.0);
     faces.into_iter().map(|corners| corners.into_iter().map(|p| turn(p) + offset).collect()).collect()
+}
+
+/// Findings on the lines of a square screen under a square lamp, about a centre: two ends of a penumbra on each side, each line once.
+fn parallel_lines(centre: DVec3, unit: f64) -> Wrong {
+    let square = |half: f64, z: f64, is_up: bool| {
+        let mut v = [[-half, -half], [half, -half], [half, half], [-half, half]]
+            .map(|[x, y]| (centre + DVec3::new(x, y, z)) * unit)
+            .to_vec();
+        if !is_up {
+            v.reverse();
+        }
+        v
+    };
+    let faces = vec![square(4.0, 0.0, true), square(0.5, 2.0, false), square(1.0, 1.0, true)];
+    let mesh = Mesh::new(&scene_of(faces)?, 0).map_err(|error| error.to_string())?;
+    let lines: Vec<[DVec3; 2]> =
+        parts::shadow_lines(&mesh, 0, 1).into_iter().map(|ends| ends.map(|p| p / unit - centre)).collect();
+    let mut findings = Vec::new();
+    for axis in [0, 1] {
+        for place in [-2.5, -1.5, 1.5, 2.5] {
+            let count = lines.iter().filter(|ends| ends.iter().all(|p| (p[axis] - place).abs() <= ON)).count();
+            if count != 1 {
+                findings.push(format!("about {centre} in a unit of {unit:e} {count} lines are at {place}"));
+            }
+        }
+    }
+    if lines.len() != 8 {
+        findings.push(format!("about {centre} in a unit of {unit:e} there are {} lines, 8 are known", lines.len()));
+    }
+    Ok(findings)
 }
 
 /// The shares of two lines, each by a point and a direction, at which they meet; none if they are apart.

@@ -141,6 +141,12 @@ fn views_of(index: u64, sum: &mut [f64; 2]) -> Wrong {
                 findings.push(format!("of a face the factor is {truth:e}, the bound {bound:e}"));
             }
             let [value, off] = view.sampled;
+            // Rays that end on a part of all, as often as tosses of a coin.
+            let (hits, rays) = (value * RAYS as f64, RAYS as f64);
+            let deviation = (hits * (1.0 - hits / rays)).sqrt() / rays;
+            if hits > 0.0 && hits < rays && exceeds((off - deviation).abs(), 1e-12) {
+                findings.push(format!("{hits} of {rays} rays have the deviation {deviation:e}, said {off:e}"));
+            }
             if bound == 0.0 {
                 if value != 0.0 || off != 0.0 || truth > 1e-12 {
                     findings.push(format!("what is behind is seen: {value:e}, {off:e}"));
@@ -268,6 +274,9 @@ pub fn sights(cases: u64) -> Vec<String> {
     if 50 * said > 76 * sampled || sampled == 0 {
         findings.push(format!("{said} elements are said to see a part of a lamp, {sampled} do by samples"));
     }
+    for (name, told) in [("a crossed lamp", crossed_lamp()), ("a foot", foot_in_plane())] {
+        findings.extend(named(name, 0, told));
+    }
     findings
 }
 
@@ -317,6 +326,37 @@ fn sights_of(index: u64, partly: &mut Partly) -> Wrong {
             _ => {}
         }
         partly.sampled += usize::from(is_partly);
+    }
+    Ok(findings)
+}
+
+/// Findings on a lamp that a plate crosses near a side, far larger than all that is before it: its edges are between nothing, the line where it crosses the lamp is.
+fn crossed_lamp() -> Wrong {
+    let quad = |origin: DVec3, u: DVec3, v: DVec3| vec![origin, origin + u, origin + u + v, origin + v];
+    let (x, y, z) = (DVec3::X, DVec3::Y, DVec3::Z);
+    let mut faces = vec![quad(DVec3::new(0.0, 0.35, 1.0), y * 0.3, x * 0.3)];
+    faces.push(quad(DVec3::new(-0.5, 0.0, 0.0), x * 0.7, y));
+    let plate = quad(DVec3::new(0.29, -5.0, -5.0), y * 10.0, z * 8.0);
+    faces.push(plate.iter().rev().copied().collect());
+    faces.push(plate);
+    let mesh = Mesh::new(&scene_of(faces)?, 0).map_err(|error| error.to_string())?;
+    let of_floor = parts::unseen(&mesh, 0).into_iter().filter(|(element, _)| mesh.elements()[*element].face() == 1);
+    let wrong = of_floor.filter(|(_, bound)| !bound.is_some_and(|[most, _]| most > 0.0));
+    Ok(wrong.map(|(element, bound)| format!("a plate crosses the lamp, element {element} is said to see {bound:?}")).collect())
+}
+
+/// Findings on the foot of a wall that ends a little above the floor, or below it: it is in the floor's plane.
+fn foot_in_plane() -> Wrong {
+    let floor = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|[x, y]| DVec3::new(x, y, 0.0)).to_vec();
+    let mut findings = Vec::new();
+    for gap in [2e-10, -2e-10] {
+        let wall = [[0.2, gap], [0.8, gap], [0.8, 0.5], [0.2, 0.5]].map(|[x, z]| DVec3::new(x, 0.4, z)).to_vec();
+        let mesh = Mesh::new(&scene_of(vec![floor.clone(), wall])?, 0).map_err(|error| error.to_string())?;
+        let feet: Vec<[DVec3; 2]> =
+            parts::feet(&mesh).into_iter().filter(|(on, foot, _)| (*on, *foot) == (0, 1)).map(|(_, _, ends)| ends).collect();
+        if feet.len() != 1 || feet.iter().flatten().any(|p| p.z.abs() > 1e-15) {
+            findings.push(format!("a wall {gap:e} over the floor stands on it in {feet:?}"));
+        }
     }
     Ok(findings)
 }

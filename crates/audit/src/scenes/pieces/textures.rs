@@ -13,7 +13,8 @@ use crate::cases::sampler::Sampler;
 /// Findings on textures on elements, in so many cases.
 #[must_use]
 pub fn textures(cases: u64) -> Vec<String> {
-    named_findings("texture", cases, textures_of)
+    let turned = named_findings("turned texture", 2 * cases, turned_of);
+    [named_findings("texture", cases, textures_of), turned].concat()
 }
 
 fn textures_of(index: u64) -> Wrong {
@@ -123,6 +124,45 @@ fn textures_of(index: u64) -> Wrong {
                 findings.push(format!("the reflectance varies otherwise than {:?}, by {spread:e}", texture.spread));
             }
         }
+    }
+    Ok(findings)
+}
+
+/// Findings on the mean of a texture that is turned on its face: the first coefficients of the elements against the scene's own mean.
+fn turned_of(index: u64) -> Wrong {
+    let s = &mut Sampler::new(29, "turned textures", index);
+    let said = |error: radgrad_scene::Error| error.to_string();
+    let mut scene = Scene::new(["grey"]).map_err(said)?;
+    let material = scene.add_material("textured", [0.9], [1.0]).map_err(said)?;
+    let surface = scene.add_surface("all");
+    let size = [3 + s.below(6) as usize, 3 + s.below(6) as usize];
+    for quantity in Quantity::ALL {
+        let texels: Vec<f64> = (0..size[0] * size[1]).map(|_| s.uniform()).collect();
+        let texture = Texture::from_fn("grid", size, 1, |column, row| vec![texels[row * size[0] + column]]).map_err(said)?;
+        scene.set_texture(material, quantity, texture).map_err(said)?;
+    }
+    let (sine, cosine) = libm::sincos(s.between(0.0, std::f64::consts::TAU));
+    let corners: &[[f64; 2]] =
+        if index % 2 == 1 { &[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]] } else { &[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]] };
+    let (u, v) = (DVec3::new(s.between(0.5, 2.0), 0.1, 0.2), DVec3::new(-0.2, s.between(0.5, 2.0), 0.1));
+    let polygon = corners.iter().map(|[a, b]| u * *a + v * *b).collect();
+    let polygon = Polygon::new(polygon).map_err(|error| error.to_string())?;
+    let chart: Vec<[f64; 2]> = corners.iter().map(|[a, b]| [0.1 + cosine * a - sine * b, 0.2 + sine * a + cosine * b]).collect();
+    let face = scene.add_textured_face(surface, material, polygon, &chart, None).map_err(said)?;
+    let mesh = Mesh::new(&scene, (index / 2 % 3) as usize).map_err(|error| error.to_string())?;
+    let mut sums = [0.0; 3];
+    for &root in mesh.roots() {
+        let (area, len) = (mesh.elements()[root].area(), mesh.basis(root).len());
+        let irradiance: Vec<f64> = (0..len).map(|i| if i == 0 { 1.0 } else { 0.0 }).collect();
+        for texture in parts::textures(&scene, &mesh, root, &irradiance) {
+            sums = [sums[0] + area, sums[1] + area * texture.emitted[0], sums[2] + area * texture.reflected[0]];
+        }
+    }
+    let [emitted, reflected] = [sums[1] / sums[0], sums[2] / sums[0]];
+    let [radiance, reflectance] = [Quantity::Radiance, Quantity::Reflectance].map(|of| scene.mean_over(face, of, 0));
+    let mut findings = Vec::new();
+    if exceeds((emitted - PI * radiance).abs(), 1e-9) || exceeds((reflected - reflectance).abs(), 1e-9) {
+        findings.push(format!("means are {emitted} and {reflected}, of the scene {} and {reflectance}", PI * radiance));
     }
     Ok(findings)
 }
