@@ -321,7 +321,7 @@ pub fn of_special_cases() -> Vec<String> {
     told.flat_map(|told| told.unwrap_or_else(|error| vec![error.to_string()])).collect()
 }
 
-/// A screen seen edge-on, beside the lamp: its motion changes nothing, and that is known.
+/// The derivatives by a screen that is seen edge-on have bounds if it is beside the lamp, and none if it is before it.
 fn edge_on_aside() -> Result<Vec<String>, Error> {
     let lamp = [[-1.0, -1.0], [-1.0, 1.0], [1.0, 1.0], [1.0, -1.0]].map(|[x, y]| DVec3::new(x, y, 1.0));
     let emitter = Emitter::new(Polygon::new(lamp.to_vec())?, Emission::Constant(1.0))?;
@@ -337,7 +337,7 @@ fn edge_on_aside() -> Result<Vec<String>, Error> {
     Ok((said != [true, false]).then(|| format!("screens edge-on have bounds {said:?}, not [true, false]")).into_iter().collect())
 }
 
-/// Derivatives of the emission's opposite: the same bounds.
+/// Derivatives for an emission and for its opposite have the same bounds.
 fn negated(index: u64) -> Result<Vec<String>, Error> {
     let s = &mut Sampler::new(83, "negated", index);
     let corners = [[-1.0, -1.0], [-1.0, 1.0], [1.0, 1.0]].map(|[x, y]| DVec3::new(x, y, 1.0) + s.cube() * 0.125);
@@ -361,6 +361,10 @@ fn negated(index: u64) -> Result<Vec<String>, Error> {
 fn identities(problem: &Problem, found: &Derivatives, tolerance: f64) -> Vec<String> {
     let Problem { receiver, emitter, occluders, .. } = problem;
     let mut findings = Vec::new();
+    let still = found.scale(receiver.position());
+    if found.gradient.error.is_finite() && (still.value != 0.0 || still.error != 0.0) {
+        findings.push(format!("a scale around the receiver changes the light by {:e}, known to {:e}", still.value, still.error));
+    }
     let mut hold = |what: &str, error: f64, bound: f64, size: f64| {
         // Sums of these derivatives are rounded as often as they have terms.
         let rounding = 1e-15 * size * (4.0 + found.vertices.len() as f64);
@@ -391,11 +395,6 @@ fn identities(problem: &Problem, found: &Derivatives, tolerance: f64) -> Vec<Str
     let along = found.normal.value.dot(receiver.normal());
     let size = length(found.normal.value);
     hold("the derivative by the normal", (along - radiosity.value).abs(), found.normal.error + radiosity.error, size);
-    let still = found.scale(receiver.position());
-    if found.gradient.error.is_finite() && (still.value != 0.0 || still.error != 0.0) {
-        findings.push(format!("a scale around the receiver changes the light by {:e}, known to {:e}", still.value, still.error));
-        return findings;
-    }
     let parameters = parameters(emitter);
     let mut euler = Terms::default();
     for (derivative, parameter) in found.emission.iter().zip(&parameters) {

@@ -16,6 +16,7 @@ use radgrad_solver::parts::{self, Transfer};
 use radgrad_solver::{Element, Mesh, Shape};
 
 use crate::cases::sampler::Sampler;
+use crate::scenes::draw::quad;
 
 type Wrong = Result<Vec<String>, String>;
 
@@ -339,8 +340,8 @@ fn derivatives() -> Wrong {
 
 /// Findings on bounds on the kernel of an element that a point nearly touches.
 fn close() -> Wrong {
-    let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|[x, y]| DVec3::new(x, y, 0.0));
-    let mesh = Mesh::new(&scene_of(vec![corners.to_vec()])?, 0).map_err(|error| error.to_string())?;
+    let square = quad(DVec3::ZERO, DVec3::X, DVec3::Y);
+    let mesh = Mesh::new(&scene_of(vec![square])?, 0).map_err(|error| error.to_string())?;
     let (element, mut findings) = (&mesh.elements()[0], Vec::new());
     for power in [10, 20, 30, 36, 44] {
         let point = DVec3::new(0.25, 0.625, 1.0 / (1u64 << power) as f64);

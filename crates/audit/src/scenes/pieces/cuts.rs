@@ -10,6 +10,7 @@ use radgrad_solver::{Element, Mesh, parts};
 
 use super::{Wrong, exceeds, is_hidden, named, named_findings, scene_of, turned};
 use crate::cases::sampler::Sampler;
+use crate::scenes::draw::quad;
 
 /// The part of a size within which points are on a line.
 const ON: f64 = 1e-7;
@@ -76,16 +77,12 @@ fn room(index: u64) -> Vec<Vec<DVec3>> {
 
 /// Findings on the lines of a square screen under a square lamp, about a centre: two ends of a penumbra on each side, each line once.
 fn parallel_lines(centre: DVec3, unit: f64) -> Wrong {
-    let square = |half: f64, z: f64, is_up: bool| {
-        let mut v = [[-half, -half], [half, -half], [half, half], [-half, half]]
-            .map(|[x, y]| (centre + DVec3::new(x, y, z)) * unit)
-            .to_vec();
-        if !is_up {
-            v.reverse();
-        }
-        v
+    let square = |half: f64, z: f64| {
+        let side = 2.0 * half * unit;
+        quad((centre + DVec3::new(-half, -half, z)) * unit, DVec3::X * side, DVec3::Y * side)
     };
-    let faces = vec![square(4.0, 0.0, true), square(0.5, 2.0, false), square(1.0, 1.0, true)];
+    let lamp = square(0.5, 2.0).into_iter().rev().collect();
+    let faces = vec![square(4.0, 0.0), lamp, square(1.0, 1.0)];
     let mesh = Mesh::new(&scene_of(faces)?, 0).map_err(|error| error.to_string())?;
     let lines: Vec<[DVec3; 2]> =
         parts::shadow_lines(&mesh, 0, 1).into_iter().map(|ends| ends.map(|p| p / unit - centre)).collect();

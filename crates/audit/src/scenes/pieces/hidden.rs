@@ -9,6 +9,7 @@ use radgrad_solver::{Element, Mesh, parts};
 
 use super::{FINE, Wrong, exceeds, is_hidden, named, scene_of, turned, within};
 use crate::cases::sampler::Sampler;
+use crate::scenes::draw::quad;
 
 /// A body that is convex: an octahedron cut four times finer twice, its corners on an ellipsoid, seen from inside. Every face sees every other.
 fn body(s: &mut Sampler) -> Vec<Vec<DVec3>> {
@@ -208,7 +209,6 @@ pub fn unseen(cases: u64) -> Vec<String> {
 
 /// A lamp over a floor beside a wall, and things between them.
 fn furnished(index: u64, s: &mut Sampler) -> Vec<Vec<DVec3>> {
-    let quad = |origin: DVec3, u: DVec3, v: DVec3| vec![origin, origin + u, origin + u + v, origin + v];
     let (x, y, z) = (DVec3::X, DVec3::Y, DVec3::Z);
     let size = s.between(0.05, 0.6);
     let height = s.between(0.4, 2.0);
@@ -330,9 +330,8 @@ fn sights_of(index: u64, partly: &mut Partly) -> Wrong {
     Ok(findings)
 }
 
-/// Findings on a lamp that a plate crosses near a side, far larger than all that is before it: its edges are between nothing, the line where it crosses the lamp is.
+/// Findings on a lamp that a large plate crosses near a side: the floor sees a part of the lamp, though no edge of the plate lies before it.
 fn crossed_lamp() -> Wrong {
-    let quad = |origin: DVec3, u: DVec3, v: DVec3| vec![origin, origin + u, origin + u + v, origin + v];
     let (x, y, z) = (DVec3::X, DVec3::Y, DVec3::Z);
     let mut faces = vec![quad(DVec3::new(0.0, 0.35, 1.0), y * 0.3, x * 0.3)];
     faces.push(quad(DVec3::new(-0.5, 0.0, 0.0), x * 0.7, y));
