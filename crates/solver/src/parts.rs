@@ -1,12 +1,14 @@
 //! The pieces of a solution, each asked by itself, for those who hold it to a truth of its own. No part of the interface.
 
 use radgrad_core::{DVec3, Receiver};
-use radgrad_scene::Scene;
+use radgrad_scene::{Scene, largest};
 
 use crate::clock::Clock;
 use crate::error::Error;
 use crate::estimate::unsampled::{self, Edges, Outlined};
 use crate::estimate::visible_sources::VisibleSources;
+use crate::estimate::{point, sources};
+use crate::field::Field;
 use crate::links::cell::Rules;
 use crate::links::cluster::sampled::Draw;
 use crate::links::rays::centres;
@@ -111,6 +113,47 @@ pub fn gathers(
     };
     let quarters = mesh.elements()[source].children().map_or_else(Vec::new, |first| (first..first + 4).collect());
     Ok([by_links(vec![source])?, by_links(quarters)?])
+}
+
+/// The polynomial of an element over the light of its leaves.
+#[derive(Debug, Clone)]
+pub struct Projection {
+    /// In the element's basis.
+    pub coefficients: Vec<f64>,
+    /// Bounds on what the light has beyond the polynomial: on its magnitude, and on its root mean square.
+    pub beyond: [f64; 2],
+}
+
+/// The projections of this light on the leaves, in the order of [`Mesh::leaves`], on all elements.
+#[must_use]
+pub fn projections(mesh: &Mesh, light: &[Vec<f64>]) -> Vec<Projection> {
+    let mut field = Field::dark(mesh, 1);
+    mesh.leaves().zip(light).for_each(|(leaf, light)| field.add(mesh, leaf, 0, light));
+    field.pull(mesh);
+    let of = |element: usize| Projection {
+        coefficients: field.coefficients(element, 0).to_vec(),
+        beyond: [field.left_out(element, 0), field.left_out_rms(element, 0)],
+    };
+    (0..mesh.elements().len()).map(of).collect()
+}
+
+/// The receivers that an element is, or that are below it.
+#[must_use]
+pub fn receivers_below(mesh: &Mesh, receives: &[bool], element: usize) -> Vec<usize> {
+    let mut visited = Vec::new();
+    point::below(mesh, receives, element, &mut |receiver| visited.push(receiver));
+    visited
+}
+
+/// Values of all elements, of which those of receivers are given: of the elements above them the mean, and the largest.
+#[must_use]
+pub fn pulled(mesh: &Mesh, receives: &[bool], values: &[f64]) -> [Vec<f64>; 2] {
+    let joins: [fn([f64; 4]) -> f64; 2] = [|of| 0.25 * of.iter().sum::<f64>(), |of| of.into_iter().fold(0.0, largest)];
+    joins.map(|join| {
+        let mut values = values.to_vec();
+        sources::pull(mesh, 1, receives, &mut values, join);
+        values
+    })
 }
 
 /// A point's view of a cluster.

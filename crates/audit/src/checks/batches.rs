@@ -3,7 +3,7 @@
 
 use glam::DVec3;
 use radgrad_core::batch::{Answers, Engine, Precision, ReadyEmitter, Receivers};
-use radgrad_core::{Emission, Emitter, Error, Method, Polygon, Receiver, evaluate_to};
+use radgrad_core::{Answer, Emission, Emitter, Error, Method, Polygon, Receiver, evaluate_to};
 use radgrad_scene::case::{Case, Problem};
 use rayon::prelude::*;
 
@@ -124,24 +124,108 @@ pub(crate) fn entry<F: Copy>(answers: &Answers<F>, cast: &Cast<F>, k: usize) -> 
 const CHANGES: [Change; 5] =
     [Change::Lengths(3), Change::Lengths(-17), Change::Lengths(40), Change::Emission(-1.0), Change::Emission(1.0 / 1024.0)];
 
+/// Each receiver alone, without occluders and past them.
+type Alone = [Result<Answer, Error>; 2];
+
+fn each_alone(problem: &Problem, places: &[[DVec3; 2]]) -> Result<Vec<Alone>, Error> {
+    let alone = places.iter().enumerate().map(|(k, [at, facing])| {
+        let receiver = Receiver::new(*at, *facing, REFLECTANCES[k % 3])?;
+        Ok([&[][..], &problem.occluders[..]].map(|occluders| evaluate_to(&receiver, &problem.emitter, occluders, 1e-12)))
+    });
+    alone.collect()
+}
+
+/// Where a batch contradicts its receivers alone.
+fn beside_alone<F: Copy>(batch: &Answers<F>, alone: &[Alone], cast: &Cast<F>, is_past_occluders: bool) -> Vec<(usize, String)> {
+    let mut findings = Vec::new();
+    for (k, alone) in alone.iter().enumerate() {
+        let (value, slope, [of_value, of_slope]) = entry(batch, cast, k);
+        let Ok(truth) = &alone[usize::from(is_past_occluders)] else { continue };
+        let difference = (value - truth.radiosity).abs();
+        if !of_value.is_nan() && is_worse(difference, of_value + truth.radiosity_error) {
+            findings.push((k, format!("{value:e} to {of_value:e}, alone it is {truth:?}")));
+        }
+        let difference = norm_above(slope - truth.gradient);
+        if !of_slope.is_nan() && is_worse(difference, (of_slope + truth.gradient_error) * (1.0 + 1e-12)) {
+            findings.push((k, format!("{slope} to {of_slope:e}, alone it is {truth:?}")));
+        }
+    }
+    findings
+}
+
+/// Rounds a place to the precision.
+fn rounded<F>(cast: &Cast<F>) -> impl Fn(DVec3) -> DVec3 {
+    |v| v.map(|c| (cast.from)((cast.to)(c)))
+}
+
+/// A sail whose tip is before a lamp and whose other corners are far beside it, so that its middle is nearer or farther than the lamp: receivers
+/// about one that the tip hides the lamp from.
+///
+/// # Errors
+/// If a polygon or receiver is refused.
+fn past_sails<F: Precision>(index: u64, cast: &Cast<F>) -> Result<Vec<String>, Error> {
+    let sampler = &mut Sampler::new(56, "sails", index);
+    let (n, distance) = (sampler.direction(), sampler.between(1.5, 8.0));
+    let (u, v) = n.any_orthonormal_pair();
+    let round = rounded(cast);
+    let middle = n * distance;
+    let lamp = [[-1.0, -1.0], [-1.0, 1.0], [1.0, 0.0]].map(|[x, y]| round(middle + u * x + v * y));
+    let share = sampler.between(0.1, 0.9);
+    let outward = sampler.perpendicular(n);
+    let along = (outward + n * sampler.between(-0.1, 0.1)).normalize();
+    let tip = middle * share + along * (share * sampler.between(0.0, 0.8));
+    let (far, across) = (tip + along * (distance * sampler.spread(0, 6)), n.cross(outward) * sampler.spread(-3, 5));
+    let sail = Polygon::new(vec![tip, far - across, far + across])?;
+    let emitter = Emitter::new(Polygon::new(lamp.to_vec())?, Emission::Constant(1.0))?;
+    let problem = Problem { receiver: Receiver::new(DVec3::ZERO, n, 1.0)?, emitter, occluders: vec![sail], tolerance: 1.0 };
+    let places: Vec<[DVec3; 2]> = (0..5).map(|_| [sampler.cube() * 0.1, n + sampler.cube() * 0.5].map(&round)).collect();
+    let (ready, alone) = (ReadyEmitter::<F>::new(problem.emitter.clone()), each_alone(&problem, &places)?);
+    let answers = asked(Engine::new(), (&problem, &ready), &places, cast, PAST_OCCLUDERS + 1)?;
+    let findings = beside_alone(&answers, &alone, cast, true).into_iter();
+    Ok(findings.map(|(k, what)| format!("sail {index}, receiver {k}: {what}")).collect())
+}
+
+/// A wall that stands on the floor, turned, and receivers on the floor nearer and nearer to its foot, which is level with them to rounding.
+///
+/// # Errors
+/// If a polygon or receiver is refused.
+fn at_the_foot<F: Precision>(index: u64, cast: &Cast<F>) -> Result<Vec<String>, Error> {
+    let sampler = &mut Sampler::new(57, "feet", index);
+    let (n, round) = (sampler.direction(), rounded(cast));
+    let along = sampler.perpendicular(n);
+    let (out, width) = (n.cross(along), sampler.spread(-3, 3));
+    let feet = [-width, width].map(|x| round(along * x));
+    let top = round(n * sampler.between(0.5, 2.0) + along * sampler.between(-1.0, 1.0));
+    let wall = Polygon::new(vec![feet[0], feet[1], top])?;
+    let wall = if wall.normal().dot(out) > 0.0 { wall } else { Polygon::new(vec![feet[1], feet[0], top])? };
+    let emitter = Emitter::new(wall, Emission::Constant(1.0))?;
+    let problem = Problem { receiver: Receiver::new(out, n, 1.0)?, emitter, occluders: Vec::new(), tolerance: 1.0 };
+    let place = |_| {
+        let from = if cast.is_single() { -12 } else { -40 };
+        let at = out * sampler.spread(from, 0) + along * (width * sampler.between(-1.5, 1.5));
+        [round(at), round(n)]
+    };
+    let places: Vec<[DVec3; 2]> = (0..8).map(place).collect();
+    let (ready, alone) = (ReadyEmitter::<F>::new(problem.emitter.clone()), each_alone(&problem, &places)?);
+    let answers = asked(Engine::new(), (&problem, &ready), &places, cast, 3)?;
+    let findings = beside_alone(&answers, &alone, cast, false).into_iter();
+    Ok(findings.map(|(k, what)| format!("foot {index}, receiver {k}: {what}")).collect())
+}
+
 /// Contradictions of batch `index` in one precision.
 fn of_precision<F: Precision>(index: u64, cast: &Cast<F>, name: &str) -> Result<Vec<String>, Error> {
     let case = case(54, index);
     let Ok(problem) = case.problem() else { return Ok(Vec::new()) };
     let sampler = &mut Sampler::new(54, "batches", index);
-    let round = |v: DVec3| v.map(|c| (cast.from)((cast.to)(c)));
-    let drawn = receivers(sampler, &problem, 13).into_iter().map(|place| place.map(round));
+    let round = rounded(cast);
+    let drawn = receivers(sampler, &problem, 13).into_iter().map(|place| place.map(&round));
     let places: Vec<[DVec3; 2]> = drawn.filter(|[at, facing]| Receiver::new(*at, *facing, 1.0).is_ok()).collect();
     let ready = ReadyEmitter::<F>::new(problem.emitter.clone());
     let mut findings = Vec::new();
     let mut reversed = places.clone();
     // Reflectances go by the place: of 13 the order of three is another one backwards, so that the first is left where it is.
     reversed[1..].reverse();
-    let alone = places.iter().enumerate().map(|(k, [at, facing])| {
-        let receiver = Receiver::new(*at, *facing, REFLECTANCES[k % 3])?;
-        Ok([&[][..], &problem.occluders[..]].map(|occluders| evaluate_to(&receiver, &problem.emitter, occluders, 1e-12)))
-    });
-    let alone = alone.collect::<Result<Vec<_>, Error>>()?;
+    let alone = each_alone(&problem, &places)?;
     for way in 0..WAYS {
         let asking = |engine, problem: (&Problem, &ReadyEmitter<F>), of: &[[DVec3; 2]]| asked(engine, problem, of, cast, way);
         let Ok(first) = asking(Engine::new(), (&problem, &ready), &places) else { continue };
@@ -155,18 +239,7 @@ fn of_precision<F: Precision>(index: u64, cast: &Cast<F>, name: &str) -> Result<
                 tell(0, format!("{engine} gives other digits"));
             }
         }
-        for (k, alone) in alone.iter().enumerate() {
-            let (value, slope, [of_value, of_slope]) = entry(&first, cast, k);
-            let Ok(truth) = &alone[usize::from(way >= PAST_OCCLUDERS)] else { continue };
-            let difference = (value - truth.radiosity).abs();
-            if !of_value.is_nan() && is_worse(difference, of_value + truth.radiosity_error) {
-                tell(k, format!("{value:e} to {of_value:e}, alone it is {truth:?}"));
-            }
-            let difference = norm_above(slope - truth.gradient);
-            if !of_slope.is_nan() && is_worse(difference, (of_slope + truth.gradient_error) * (1.0 + 1e-12)) {
-                tell(k, format!("{slope} to {of_slope:e}, alone it is {truth:?}"));
-            }
-        }
+        beside_alone(&first, &alone, cast, way >= PAST_OCCLUDERS).into_iter().for_each(|(k, what)| tell(k, what));
         if let Ok(other) = asking(Engine::new(), (&problem, &ready), &reversed) {
             for k in (1..places.len()).filter(|k| k % 3 == (places.len() - k) % 3) {
                 let same = [entry(&first, cast, k), entry(&other, cast, places.len() - k)].map(|entry| format!("{entry:?}"));
@@ -217,7 +290,7 @@ fn across_an_axis<F: Precision>(index: u64, cast: &Cast<F>) -> Result<Vec<String
         let height = sampler.spread(-22, 2);
         if sampler.one_in(3) { -height } else { height }
     };
-    let single = |v: DVec3| v.map(|c| (cast.from)((cast.to)(c)));
+    let single = rounded(cast);
     let place = |_| {
         let position = DVec3::new(level + heights(sampler), sampler.between(-1.0, 2.0), sampler.between(-1.0, 2.0));
         [single(position), single(sampler.direction() - DVec3::X)]
@@ -287,6 +360,10 @@ pub fn all_wrong(count: u64) -> Vec<String> {
             of_precision(index, &SINGLE, "singles"),
             across_an_axis(index, &DOUBLE),
             across_an_axis(index, &SINGLE),
+            past_sails(index, &DOUBLE),
+            past_sails(index, &SINGLE),
+            at_the_foot(index, &DOUBLE),
+            at_the_foot(index, &SINGLE),
         ];
         told.into_iter().flat_map(move |told| told.unwrap_or_else(|error| vec![format!("batch {index}: {error}")]))
     };

@@ -5,6 +5,7 @@
 use std::f64::consts::PI;
 use std::sync::Mutex;
 
+use glam::DVec3;
 use radgrad_core::{gradient, irradiance_vector, radiosity, radiosity_and_gradient};
 use radgrad_paper::appendix;
 use radgrad_scene::case::Problem;
@@ -15,6 +16,7 @@ use crate::checks::derivatives::DIGITS;
 use crate::measures::measure::is_worse;
 use crate::scenes::family::Name;
 use crate::scenes::model::Model;
+use crate::scenes::pieces::scene_of;
 
 /// The largest error of a plain answer, relative to the magnitude of its terms, in cases far from any degeneracy.
 const PLAIN: f64 = 1e-9;
@@ -162,4 +164,49 @@ fn apart(matrix: &FactorMatrix, other: &FactorMatrix) -> Option<String> {
         let is_within = entry.lower - room <= factor && factor <= entry.upper + room;
         (!is_within).then(|| format!("{from} sees {factor} of {to}, it was {} to {}", entry.lower, entry.upper))
     })
+}
+/// Violations by a repair in which the worst row waits for the others: brackets as of a run before, on a regular tetrahedron.
+///
+/// # Errors
+/// If there is no matrix, or it is not repaired: why.
+pub fn of_waiting_row() -> Result<Vec<String>, String> {
+    const ROWS: [([usize; 2], [f64; 3]); 6] = [
+        ([0, 1], [0.6, 0.8, 0.8]),
+        ([0, 2], [0.1, 0.1, 0.2]),
+        ([0, 3], [0.0, 0.075, 0.15]),
+        ([1, 2], [0.0, 0.075, 0.15]),
+        ([1, 3], [0.0, 0.1, 0.15]),
+        ([2, 3], [0.75, 0.85, 0.85]),
+    ];
+    let said = |error: radgrad_scene::Error| error.to_string();
+    // The power of two that brings coordinates to 1/2 and more is 1, so that exchanges are in the scene's own unit.
+    let [a, b, c, d] = [[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]].map(|p| DVec3::from(p) * 0.75);
+    let scene = scene_of([[b, c, d], [a, d, c], [a, b, d], [a, c, b]].map(|face| face.to_vec()).to_vec())?;
+    let factors = FormFactors::new(&scene).map_err(said)?;
+    let settings = FactorSettings { tolerance: 1e-9, ..FactorSettings::default() };
+    let kept = Mutex::new(Vec::new());
+    let keep = |row: &ComputedRow| kept.lock().map_or((), |mut kept| kept.push(row.clone()));
+    let area = factors.rows_from(0..4, &settings, Vec::new(), keep).map_err(said)?.areas()[0];
+    let changed = |row: ComputedRow| -> Result<ComputedRow, serde_json::Error> {
+        let mut text = serde_json::to_value(&row)?;
+        for pair in text["pairs"].as_array_mut().into_iter().flatten() {
+            for ([from, to], [least, value, most]) in ROWS {
+                if from == row.face() && pair[0].as_u64() == Some(to as u64) {
+                    for (name, number) in
+                        [("least", least), ("value", value), ("most", most), ("estimate", 0.0), ("modelling", 0.0)]
+                    {
+                        pair[1][name] = (number * area).into();
+                    }
+                }
+            }
+        }
+        serde_json::from_value(text)
+    };
+    let rows = kept.into_inner().map_err(|error| error.to_string())?.into_iter().map(changed);
+    let rows: Vec<ComputedRow> = rows.collect::<Result<_, _>>().map_err(|error| error.to_string())?;
+    let mut repaired = factors.rows_from(0..4, &settings, rows, |_| ()).map_err(said)?;
+    let closure = repaired.repair(&settings).map_err(said)?.closure;
+    let is_off = is_worse(closure, SUM) || is_worse((repaired.factor(0, 2) - 1.0 / 9.0).abs(), 1e-9);
+    let told = format!("a waiting row lacks {closure:e}, the factor 0 to 2 is {}", repaired.factor(0, 2));
+    Ok(is_off.then_some(told).into_iter().collect())
 }

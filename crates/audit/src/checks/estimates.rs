@@ -7,7 +7,7 @@ use radgrad_oracle::cubature::{Status, integrate_function};
 use radgrad_oracle::monte_carlo::{Sampling, Sequence, integrate};
 use radgrad_oracle::scene::known::FacingRectangles;
 use radgrad_oracle::scene::rays_for;
-use radgrad_oracle::{EmissionFunction, Interval, Polynomial, enclose, slope_along};
+use radgrad_oracle::{EmissionFunction, Error, Interval, Polynomial, enclose, slope_along};
 
 use crate::cases::sampler::Sampler;
 
@@ -170,7 +170,7 @@ fn slopes() -> Told {
     let polygon = Polygon::new([[0.2, -0.3, 1.0], [-0.5, 1.0, 1.5], [1.0, 0.5, 1.0]].map(DVec3::from).to_vec())?;
     let receiver = Receiver::new(DVec3::ZERO, DVec3::Z, 1.0)?;
     let lit = |light: f64| {
-        let emitter = Emitter::new(polygon.clone(), Emission::Constant(light)).map_err(radgrad_oracle::Error::Problem)?;
+        let emitter = Emitter::new(polygon.clone(), Emission::Constant(light)).map_err(Error::Problem)?;
         Ok(enclose(&receiver, &emitter, 20)?.radiosity)
     };
     let unit = lit(1.0)?.to_f64();
@@ -215,11 +215,78 @@ fn edges_end_on() -> Told {
     Ok(findings)
 }
 
+/// Who allows as many evaluations as a refusal names is not refused again for as many.
+fn budgets() -> Told {
+    let polygon = Polygon::new([[-1.0, -0.5, 0.0], [1.5, -0.5, 0.0], [0.25, 1.25, 0.0]].map(DVec3::from).to_vec())?;
+    let receiver = Receiver::new(DVec3::new(0.1, 0.2, 0.5), -DVec3::Z, 1.0)?;
+    let emission =
+        EmissionFunction { radiosity: &|_| 1.0, gradient: Some(&|_| DVec3::ZERO), detail: f64::INFINITY, bounds: None };
+    let mut allowed = 1;
+    loop {
+        match integrate_function(&receiver, &polygon, &emission, 1e-3, allowed) {
+            Err(Error::Evaluations { budget, needed }) if budget == allowed && needed > allowed => allowed = needed,
+            Ok(_) => return Ok(Vec::new()),
+            other => return Ok(vec![format!("with {allowed} evaluations allowed: {other:?}")]),
+        }
+    }
+}
+
+/// A function that jumps along a line, against the two parts on which it is constant: the estimates hold, and that of the value is not made of
+/// the slope's, which is larger by one over the height.
+fn jumps() -> Told {
+    let corners = [[-1.25, -0.75, 0.0], [1.5, -0.5, 0.0], [0.25, 1.25, 0.0]].map(DVec3::from);
+    let receiver = Receiver::new(DVec3::Z / 32.0, -DVec3::Z, 1.0)?;
+    let side = |y: DVec3| 0.8 * y.x + 0.6 * y.y - 0.3;
+    let radiosity = |y: DVec3| if side(y) >= 0.0 { 3.0 } else { 1.0 };
+    let emission = EmissionFunction { radiosity: &radiosity, gradient: None, detail: f64::INFINITY, bounds: None };
+    let estimate = integrate_function(&receiver, &Polygon::new(corners.to_vec())?, &emission, 0.02, 200_000)?;
+    // The first corner is on the one side of the line, the others are on the other.
+    let crossing = |i: usize| corners[0].lerp(corners[i], side(corners[0]) / (side(corners[0]) - side(corners[i])));
+    let (a, b) = (crossing(1), crossing(2));
+    let (mut value, mut slope) = (0.0, DVec3::ZERO);
+    for (part, light) in [(vec![corners[0], a, b], 1.0), (vec![a, corners[1], corners[2], b], 3.0)] {
+        let truth = evaluate_to(&receiver, &Emitter::new(Polygon::new(part)?, Emission::Constant(light))?, &[], 1e-12)?;
+        value += truth.radiosity;
+        slope += truth.gradient;
+    }
+    let error = [(estimate.radiosity - value).abs(), (estimate.gradient - slope).length()];
+    let holds = error[0] <= estimate.radiosity_error && error[1] <= estimate.gradient_error;
+    let is_tight = estimate.radiosity_error <= 2e-4 * value && estimate.gradient_error <= 0.02 * slope.length();
+    let is_right = estimate.status == Status::Converged && holds && is_tight;
+    Ok(if is_right { Vec::new() } else { vec![format!("past a jump off by {error:?}: {estimate:?}")] })
+}
+
+/// Slopes by samples from just over a floor that reaches behind the receiver too, and from just over the plane of a lamp with a screen beyond it.
+fn beside_edges() -> Told {
+    const OVER: f64 = 1.0 / (1u64 << 30) as f64;
+    let polygon = |corners: [[f64; 3]; 4]| Polygon::new(corners.map(DVec3::from).to_vec());
+    let wall = polygon([[1.0, -0.9, -0.5], [1.0, -0.9, 1.0], [1.0, 0.9, 1.0], [1.0, 0.9, -0.5]])?;
+    let floor = polygon([[-2.0, -2.0, -OVER], [0.9, -2.0, -OVER], [0.9, 2.0, -OVER], [-2.0, 2.0, -OVER]])?;
+    let lamp = polygon([[1.0, -1.0, -OVER], [2.0, -1.0, -OVER], [2.0, 1.0, -OVER], [1.0, 1.0, -OVER]])?;
+    let screen = polygon([[2.25, -3.0, -0.5], [2.25, 3.0, -0.5], [2.25, 3.0, 0.5], [2.25, -3.0, 0.5]])?;
+    let receiver = Receiver::new(DVec3::ZERO, DVec3::X, 1.0)?;
+    let mut findings = Vec::new();
+    for (emitter, occluder) in [(wall, floor), (lamp, screen)] {
+        let emitter = Emitter::new(emitter, Emission::Constant(1.0))?;
+        let truth = evaluate_to(&receiver, &emitter, [&occluder], 1e-9)?;
+        let sequence = Sequence::Independent { samples: 20_000, seed: 5 };
+        let sampled = integrate(&receiver, &emitter, &[occluder], Sampling::SolidAngle, sequence, 1.0 - 1e-6)?;
+        for (limits, truth) in sampled.gradient.into_iter().zip(truth.gradient.to_array()) {
+            let free = limits.distribution_free;
+            if !(free.low <= truth + 1e-8 && truth - 1e-8 <= free.high && free.width() < 0.25) {
+                findings.push(format!("beside an edge a slope of {truth} is not in {free:?}"));
+            }
+        }
+    }
+    Ok(findings)
+}
+
 /// All findings of these checks.
 #[must_use]
 pub fn all_wrong() -> Vec<String> {
     let asked = [functions, rectangles, intervals, counts, polynomials, slopes, slopes_of_rough_values, edges_end_on];
-    asked.into_iter().flat_map(|ask| ask().unwrap_or_else(|error| vec![error.to_string()])).collect()
+    let asked = asked.into_iter().chain([budgets, jumps, beside_edges]);
+    asked.flat_map(|ask| ask().unwrap_or_else(|error| vec![error.to_string()])).collect()
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 //! themselves in other units and with other axes. How far each decision reaches is found by halving, and remembered.
 
 use glam::DVec3;
-use radgrad_core::{Emission, Emitter, Polygon, Receiver, evaluate};
+use radgrad_core::{Answer, Emission, Emitter, Polygon, Receiver, evaluate};
 use radgrad_scene::{Beam, FactorSettings, FormFactors, Occluders, Scene, probes};
 
 use crate::cases::sampler::Sampler;
@@ -49,15 +49,13 @@ const POWERS: [f64; 3] = [1.0, 1.0 / (1u64 << 40) as f64, (1u64 << 30) as f64];
 /// The light that planes of surfaces leave out, as they are level up to rounding.
 const PLANES: f64 = 1e-12;
 
-/// The light of a lamp on a receiver past all polygons and past some of them, each with its bound; nothing where there is no beam.
-fn past(receiver: &Receiver, lamp: &Polygon, all: &[Polygon], some: Option<&[usize]>) -> Option<[[f64; 2]; 2]> {
+/// The light of a lamp on a receiver past all polygons and past some of them; nothing where there is no beam.
+fn past(receiver: &Receiver, lamp: &Polygon, all: &[Polygon], some: Option<&[usize]>) -> Option<[Answer; 2]> {
     let emitter = Emitter::new(lamp.clone(), Emission::Constant(1.0)).ok()?;
-    let seen = |polygons: &mut dyn Iterator<Item = &Polygon>| {
-        let answer = evaluate(receiver, &emitter, polygons.collect::<Vec<_>>()).ok()?;
-        Some([answer.radiosity, answer.radiosity_error])
-    };
-    let past_some = some.map_or(Some([0.0; 2]), |some| seen(&mut some.iter().map(|&k| &all[k])))?;
-    Some([seen(&mut all.iter())?, past_some])
+    let seen = |polygons: &mut dyn Iterator<Item = &Polygon>| evaluate(receiver, &emitter, polygons.collect::<Vec<_>>()).ok();
+    let past_all = seen(&mut all.iter())?;
+    let nothing = Answer { radiosity: 0.0, radiosity_error: 0.0, gradient: DVec3::ZERO, gradient_error: 0.0, ..past_all };
+    Some([past_all, some.map_or(Some(nothing), |some| seen(&mut some.iter().map(|&k| &all[k])))?])
 }
 
 /// Violations by what is found in the beam from a point, or from a polygon, to another polygon.
@@ -65,9 +63,16 @@ fn past(receiver: &Receiver, lamp: &Polygon, all: &[Polygon], some: Option<&[usi
 pub fn of_beam(index: u64) -> Vec<String> {
     let s = &mut Sampler::new(22, "beams", index);
     let is_lattice = s.one_in(2);
-    let others: Vec<Polygon> = (0..POLYGONS).map(|_| polygon(s, is_lattice)).collect();
+    let mut others: Vec<Polygon> = (0..POLYGONS).map(|_| polygon(s, is_lattice)).collect();
     let [surface, lamp] = [(); 2].map(|()| polygon(s, is_lattice));
     let (at, direction) = (point(s, is_lattice), point(s, is_lattice));
+    // One beside the beam whose edge is seen along an edge of the lamp.
+    if let [a, b, c, ..] = *lamp.vertices()
+        && is_lattice
+    {
+        let [a, b, c] = [a, b, c].map(|corner| (at + corner) * 0.5);
+        others.extend(Polygon::new(vec![a, b, a + b - c]));
+    }
     let mut findings = Vec::new();
     let mut sets = Vec::new();
     for (by, power) in POWERS.into_iter().enumerate() {
@@ -87,8 +92,12 @@ pub fn of_beam(index: u64) -> Vec<String> {
             for (receiver, chosen, slack) in
                 asked.into_iter().filter_map(|(receiver, chosen, slack)| Some((receiver?, chosen, slack)))
             {
-                if let Some([past_all, past_some]) = past(&receiver, &lamp, &all, chosen.as_deref())
-                    && (past_all[0] - past_some[0]).abs() > past_all[1] + past_some[1] + slack
+                let Some([past_all, past_some]) = past(&receiver, &lamp, &all, chosen.as_deref()) else { continue };
+                let slopes = (past_all.gradient - past_some.gradient).length();
+                // Where the gradient has two values, one of them is of a polygon that hides nothing.
+                let are_as_sure = past_all.gradient_error.is_finite() == past_some.gradient_error.is_finite();
+                if (past_all.radiosity - past_some.radiosity).abs() > past_all.radiosity_error + past_some.radiosity_error + slack
+                    || slack == 0.0 && (!are_as_sure || slopes > past_all.gradient_error + past_some.gradient_error)
                 {
                     findings.push(format!("beam {index}: {past_some:?} past those in the beam, {past_all:?} past all"));
                 }

@@ -143,9 +143,11 @@ fn of_stack(index: u64) -> Result<Vec<String>, Error> {
     let (way, depth) = (sampler.direction(), sampler.spread(-3, 1) * narrow);
     let (u, v) = way.any_orthonormal_pair();
     let turn = if sampler.one_in(2) { 0.0 } else { sampler.spread(-12, -1) };
+    // Now and then far from the origin, where coordinates have few digits after the point.
+    let origin = if sampler.one_in(2) { DVec3::ZERO } else { sampler.direction() * sampler.spread(0, 30) };
     let mut lamps = Vec::new();
     for _ in 0..count {
-        let place = way * (depth * sampler.uniform()) + (u * sampler.uniform() + v * (narrow * sampler.uniform())) * 0.5;
+        let place = origin + way * (depth * sampler.uniform()) + (u * sampler.uniform() + v * (narrow * sampler.uniform())) * 0.5;
         let facing = way + sampler.cube() * turn;
         let (first, second) = facing.any_orthonormal_pair();
         let size = sampler.between(0.05, 0.1) * narrow;
@@ -157,10 +159,11 @@ fn of_stack(index: u64) -> Result<Vec<String>, Error> {
     for k in 0..6 {
         // Among them, or far off, before them or about level with them: then some face it, and others do not.
         let along = if k < 4 { depth * sampler.between(-0.5, 1.5) } else { sampler.spread(1, 6) };
-        let place = match k {
-            5 => (u + way * (turn * sampler.between(-1.0, 1.0))) * along + way * (depth * 0.5),
-            _ => way * along + u * sampler.between(-1.0, 3.0),
-        };
+        let place = origin
+            + match k {
+                5 => (u + way * (turn * sampler.between(-1.0, 1.0))) * along + way * (depth * 0.5),
+                _ => way * along + u * sampler.between(-1.0, 3.0),
+            };
         let toward = if k == 5 { -u } else { -way };
         let receiver = Receiver::new(place + v * 0.25, sampler.direction() + toward * 0.5, 1.0)?;
         findings.extend(contradictions(&receiver, &tree, &lamps, &[0.3, 1e-2, 1e-3, 1e-4, 1e-5, 1e-7, 1e-9])?);
@@ -191,6 +194,48 @@ fn contradictions(
     Ok(findings)
 }
 
+/// Lamps whose coordinates single precision holds, and a receiver whose coordinates it may not hold, beside or far from the origin.
+///
+/// # Errors
+/// If a lamp is refused or an answer overflows.
+fn of_singles(index: u64) -> Result<Vec<String>, Error> {
+    let sampler = &mut Sampler::new(22, "singles", index);
+    let far = [0.0, 32.0, 1024.0][sampler.below(3) as usize];
+    // Sums of few such numbers are exact.
+    let grid = |v: DVec3| v.map(|c| libm::rint(c * 1024.0) / 1024.0);
+    let origin = grid(sampler.cube() * far);
+    let count = 1 + sampler.below(9);
+    let mut lamps = Vec::new();
+    for _ in 0..count {
+        let place = origin + grid(sampler.cube() * 0.5 + DVec3::Z * 2.0);
+        let sides = [sampler.cube(), sampler.cube()].map(grid);
+        let corners = [place, place + sides[0], place + sides[0] + sides[1], place + sides[1]];
+        let outline = if sampler.one_in(2) { &corners[..] } else { &corners[..3] };
+        lamps.push(Emitter::new(Polygon::new(outline.to_vec())?, Emission::Constant(f64::from(1 + sampler.below(8))))?);
+    }
+    let held = sampler.one_in(2);
+    let shift = sampler.cube() * 0.5;
+    let receiver = Receiver::new(origin + if held { grid(shift) } else { shift }, DVec3::Z + sampler.cube(), 0.5)?;
+    let mut findings = Vec::new();
+    let mut answers = Answers::<f32>::default();
+    for tolerance in [1.0, 1e-4] {
+        Engine::new().each_to(&receiver, &Emitters::<f32>::new(&lamps), tolerance, &mut answers)?;
+        for (k, lamp) in lamps.iter().enumerate() {
+            let alone = evaluate_to(&receiver, lamp, &[], 1e-10)?;
+            let (off, room) = (f64::from(answers.radiosity[k]) - alone.radiosity, f64::from(answers.radiosity_error[k]));
+            let slope = DVec3::from(answers.gradient.each_ref().map(|c| f64::from(c[k]))) - alone.gradient;
+            let room_of_slope = f64::from(answers.gradient_error[k]);
+            if is_worse(off.abs(), room + alone.radiosity_error) || is_worse(slope.length(), room_of_slope + alone.gradient_error)
+            {
+                findings.push(format!(
+                    "one of many in single precision is off by {off:e} and {slope}, known to {room:e} and {room_of_slope:e}"
+                ));
+            }
+        }
+    }
+    Ok(findings)
+}
+
 /// Lamps that rise from about a receiver on all sides, all but level with it: each gives what the angle between the two planes allows.
 ///
 /// # Errors
@@ -215,14 +260,32 @@ fn of_valley(index: u64) -> Result<Vec<String>, Error> {
     contradictions(&receiver, &EmitterTree::new(&lamps), &lamps, &[3.0, 64.0 * largest, 16.0 * largest, largest, 1e-2 * largest])
 }
 
+/// Lamps on a quarter of an arch, which face its middle: their tree has far fewer nodes than lamps.
+fn of_arch() -> Result<Vec<String>, Error> {
+    const COUNT: u32 = 300;
+    let lamp = |k: u32| {
+        let (sin, cos) = libm::sincos(std::f64::consts::FRAC_PI_2 * (f64::from(k) + 0.5) / f64::from(COUNT));
+        let way = DVec3::new(cos, sin, 0.0);
+        let (u, v) = way.any_orthonormal_pair();
+        Emitter::new(Polygon::new(vec![-way, u * 1e-3 - way, v * 1e-3 - way])?, Emission::Constant(1.0))
+    };
+    let lamps = (0..COUNT).map(lamp).collect::<Result<Vec<_>, _>>()?;
+    let one = Receivers::new([&[0.0]; 3], [&[-1.0], &[-1.0], &[0.0]], &[1.0])?;
+    // To so small a tolerance each node is looked at.
+    let tally = Engine::new().total(&one, &EmitterTree::new(&lamps), 1e-30, &mut Answers::new())?;
+    let is_deep = tally.alone != u64::from(COUNT) || 2 * tally.looked_at > u64::from(COUNT);
+    Ok(if is_deep { vec![format!("{COUNT} lamps on an arch: {tally:?}")] } else { Vec::new() })
+}
+
 /// Contradictions in the first cases.
 #[must_use]
 pub fn all_wrong(count: u64) -> Vec<String> {
     let ask = |index: u64| {
-        let others = index.is_multiple_of(6).then(|| [of_stack(index), of_valley(index)]);
+        let others = index.is_multiple_of(6).then(|| [of_stack(index), of_valley(index), of_singles(index)]);
         let told = std::iter::once(wrong(index)).chain(others.into_iter().flatten());
         let findings = told.flat_map(|told| told.unwrap_or_else(|error| vec![error.to_string()]));
         findings.collect::<Vec<_>>().into_iter().map(move |what| format!("lamps:{index}: {what}"))
     };
-    (0..count).into_par_iter().flat_map_iter(ask).collect()
+    let arch = of_arch().unwrap_or_else(|error| vec![error.to_string()]);
+    (0..count).into_par_iter().flat_map_iter(ask).chain(arch).collect()
 }

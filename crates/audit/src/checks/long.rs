@@ -101,7 +101,8 @@ fn of_ceiling(side: u32, index: u64) -> Result<Vec<String>, Error> {
                 findings.push(format!("ceiling {side}, {far} below: {tally:?} of {} lamps", lamps.len()));
             }
             // From far away the whole ceiling is one far field, of a dozen nodes a side at most.
-            if far > 100.0 && share > 1e-6 && (tally.looked_at > 1 || tally.far_nodes > 144) {
+            let is_one = tally.looked_at == 1 && tally.far_fields == 1 && tally.far_nodes <= 144;
+            if far > 100.0 && share > 1e-6 && !is_one {
                 findings.push(format!("ceiling {side}, {far} below, to {tolerance:e}: {tally:?}"));
             }
         }

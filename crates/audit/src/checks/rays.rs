@@ -66,7 +66,9 @@ fn room(index: u64) -> Result<Scene, String> {
 #[must_use]
 pub fn all_wrong(scenes: u64) -> Vec<String> {
     let mut findings = grids();
-    findings.extend(whole_block().unwrap_or_else(|error| vec![error]));
+    for told in [whole_block(), one_to_one()] {
+        findings.extend(told.unwrap_or_else(|error| vec![error]));
+    }
     for index in 0..scenes {
         let wrong = in_room(index).unwrap_or_else(|error| vec![error]);
         findings.extend(wrong.into_iter().map(|finding| format!("rays {index}: {finding}")));
@@ -255,6 +257,39 @@ fn whole_block() -> Result<Vec<String>, String> {
     let blocks = operator.blocks(&factors.middles(), 1e-9).map_err(said)?;
     let back = BlockOperator::from_bytes(&blocks.to_bytes());
     Ok((back.ok().as_ref() != Some(&blocks)).then(|| "a block of 256 faces is another one".to_owned()).into_iter().collect())
+}
+
+/// Sixteen tiles, each close under one of sixteen others, in a block that has their sums alone: what one sends goes to all of them.
+fn one_to_one() -> Result<Vec<String>, String> {
+    const TILES: u32 = 16;
+    let said = |error: radgrad_scene::Error| error.to_string();
+    let tile = |k: u32, z: f64| quad(DVec3::new(1.25 * f64::from(k), 0.0, z), DVec3::X, DVec3::Y);
+    let above = (0..TILES).map(|k| tile(k, 0.1).into_iter().rev().collect());
+    let scene = scene_of((0..TILES).map(|k| tile(k, 0.0)).chain(above).collect())?;
+    let factors = FormFactors::new(&scene).map_err(said)?;
+    let settings = RaySettings { rays: Some(4000), seed: 6, ..RaySettings::default() };
+    let counted = factors.count_rays(0..2 * TILES as usize, &settings, |_| ()).map_err(said)?;
+    let operator = FactorOperator::new(factors.by_rays(counted, &settings).map_err(said)?);
+    // Not where they are: four that are side by side below are over four quarters.
+    let middles: Vec<DVec3> = (0..TILES)
+        .map(|k| DVec3::new(f64::from(k), 0.0, 0.0))
+        .chain((0..TILES).map(|k| DVec3::new(f64::from(4 * (k % 4) + k / 4), 0.0, 100.0)))
+        .collect();
+    let blocks = operator.blocks(&middles, 0.8).map_err(said)?;
+    let mut findings = Vec::new();
+    for sends in [16, 21, 31] {
+        let q: Vec<f64> = (0..2 * TILES).map(|face| f64::from(u8::from(face == sends))).collect();
+        let (plain, in_blocks) = (operator.certified(&q).map_err(said)?, blocks.certified(&q).map_err(said)?);
+        for face in 0..q.len() {
+            let apart = (in_blocks.product[face] - plain.product[face]).abs();
+            let more = in_blocks.error[face] - plain.error[face];
+            if is_worse(apart, more + 2e-6) {
+                findings
+                    .push(format!("of what {sends} sends {face} gets {apart} less or more in blocks, the error is {more} more"));
+            }
+        }
+    }
+    Ok(findings)
 }
 
 /// A few rays a face: an unseen factor then has the upper limit of both directions together.

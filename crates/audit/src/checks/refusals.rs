@@ -125,6 +125,12 @@ fn affinity(sampler: &mut Sampler) -> Vec<String> {
     }
     let odd = sampler.below(4) as usize;
     values[odd] += sampler.sign() * sampler.between(0.5, 2.0);
+    // In a unit in which all coordinates are far below those of a room.
+    let small = vertices.iter().map(|v| *v * libm::ldexp(1.0, -200)).collect();
+    let said = Polygon::new(small).and_then(|polygon| Emitter::new(polygon, Emission::at_vertices(values.clone())));
+    if !matches!(said, Err(Error::EmissionNotAffine { .. })) {
+        findings.push(format!("{values:?} is not affine in another unit either: {said:?}"));
+    }
     // By the mean along each edge.
     let next = |i: usize| (i + 1) % vertices.len();
     let across = |i: usize| (vertices[next(i)] - vertices[i]).cross(polygon.normal()) * (0.5 * (values[i] + values[next(i)]));

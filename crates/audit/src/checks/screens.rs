@@ -12,13 +12,16 @@ use radgrad_scene::{Factor, FactorSettings, FormFactors, Scene, gauss_legendre, 
 use crate::cases::sampler::Sampler;
 use crate::checks::exchanges::moved;
 use crate::measures::measure::is_worse;
-use crate::scenes::draw::quad;
+use crate::scenes::draw::{cuboid, quad};
 
 /// Pairs of cells that brackets may take: each of them is proven.
 const EFFORTS: [usize; 4] = [1, 6, 30, 150];
 
 /// Screens between two faces, by how they lie.
-const KINDS: u64 = 10;
+const KINDS: u64 = 11;
+
+/// The first of them, of which records are.
+const RECORDED: u64 = 10;
 
 /// Two faces that look at each other, and what is between.
 #[derive(Debug, Clone)]
@@ -73,7 +76,15 @@ impl Drawn {
             // Some small ones.
             8 => (0..3).map(|_| triangle(level(-0.4, 0.3), level(-0.4, 0.3), level(0.2, 0.7))).collect(),
             // One that stands on the lower face, along an edge of it.
-            _ => vec![vec![low[0], low[1], low[1] + DVec3::Z * size, low[0] + DVec3::Z * size]],
+            9 => vec![vec![low[0], low[1], low[1] + DVec3::Z * size, low[0] + DVec3::Z * size]],
+            // Two blocks, past whose corners segments go.
+            _ => {
+                let mut block = || {
+                    let corner = DVec3::new(level(-0.6, 0.4), level(-0.6, 0.4), level(0.25, 0.45));
+                    cuboid(corner, corner + DVec3::new(level(0.1, 0.6), level(0.1, 0.6), level(0.1, 0.3)), false)
+                };
+                [block(), block()].concat()
+            }
         };
         Self { faces: [low, high], screens }
     }
@@ -271,7 +282,7 @@ pub fn of_complements(index: u64) -> Result<Vec<String>, String> {
 /// # Errors
 /// If a polygon, a scene or a factor is refused: why.
 pub(crate) fn recorded(index: u64) -> Result<Vec<(f64, f64)>, String> {
-    let drawn = Drawn::new(&mut Sampler::new(21, "screens", index), index % KINDS);
+    let drawn = Drawn::new(&mut Sampler::new(21, "screens", index), index % RECORDED);
     let answer = |factor: &Factor| {
         [(0.5 * (factor.lower + factor.upper), 0.5 * (factor.upper - factor.lower)), (factor.value, factor.estimate)]
     };

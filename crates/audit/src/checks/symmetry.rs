@@ -2,15 +2,19 @@
 //! bound is the same, or times the unit's power.
 //!
 //! Nothing need be known of the truth, so that bounds are told too that no error comes near. A unit of length or of emission that is a
-//! power of two changes no digit; turned or mirrored, sums are rounded in another order.
+//! power of two changes no digit; turned or mirrored, sums are rounded in another order. Beside the place itself derivatives are nearly the same,
+//! or have a bound that says how far from it they may be.
 
 use glam::{DMat3, DVec3};
-use radgrad_core::{Method, hessian_to, irradiance_vector_to};
+use radgrad_core::{
+    Emission, Emitter, Error, Method, Polygon, Receiver, derivatives, evaluate_to, hessian_to, irradiance_vector_to,
+};
 use radgrad_scene::case::{Case, EmissionRecord, Problem};
 use rayon::prelude::*;
 
 use crate::bounds::witness::{self, AnswerMethod, Query};
 use crate::cases::family::{Family, Name};
+use crate::cases::sampler::Sampler;
 use crate::measures::measure::{is_worse, worse};
 
 /// A change after which the answers are known.
@@ -250,10 +254,95 @@ pub fn all_wrong() -> Vec<String> {
     let told: Vec<_> = names.collect::<Vec<_>>().into_par_iter().map(|name| (name, wrong(&name.case()))).collect();
     let count: usize = told.iter().map(|(_, (count, _))| count).sum();
     let few = (count < 20 * told.len()).then(|| format!("only {count} statements are compared"));
+    let in_line = (0..IN_LINE).map(in_line).chain([of_touched(), of_small_corner()]);
     told.into_iter()
         .flat_map(|(name, (_, findings))| findings.into_iter().map(move |what| format!("{name}: {what}")))
         .chain(few)
+        .chain(in_line.flat_map(|told| told.unwrap_or_else(|error| vec![error.to_string()])))
         .collect()
+}
+
+/// Screens of which an edge is seen in line with an edge of the lamp.
+const IN_LINE: u64 = 40;
+
+/// The distance to places beside a receiver: light whose gradient has one value changes it by little over it.
+const BESIDE: f64 = 1.0 / (1 << 20) as f64;
+
+/// The most that the second derivatives of these cases are.
+const STEEPEST: f64 = 1e3;
+
+/// A screen whose edge is seen exactly in line with a part of the lamp's edge, over the lamp or beside it: the gradient and the derivatives by
+/// vertices have two values there, and bounds that hold those of every place beside it.
+fn in_line(index: u64) -> Result<Vec<String>, Error> {
+    let s = &mut Sampler::new(37, "in line", index);
+    let mut eighth = |low: i64, high: i64| s.integer(low, high) as f64 * 0.125;
+    // Of half of them the plane through both edges is one of constant x.
+    let slant = if index.is_multiple_of(2) { 0.0 } else { eighth(-8, 8) };
+    let at = DVec3::new(eighth(-8, 8), eighth(-8, 8), eighth(-8, 8));
+    let [a, b] = [eighth(-8, 0), eighth(1, 8)].map(|y| DVec3::new(slant, y, 1.0));
+    let lamp = [a, b, DVec3::new(slant + 1.0, eighth(-8, 8), 1.0)];
+    let [from, to] = [eighth(-8, 4), eighth(5, 12)].map(|share| a + (b - a) * share);
+    let aside = DVec3::new(if index % 4 < 2 { -0.5 } else { 0.25 }, eighth(-2, 2), 0.0);
+    let screen = [from * 0.5, to * 0.5, from * 0.5 + aside];
+    let turn = |p: DVec3| at + if index % 3 == 0 { p } else { DVec3::new(p.z, p.x, p.y) };
+    let lamp = Emitter::new(Polygon::new(lamp.map(turn).to_vec())?, Emission::Constant(1.0))?;
+    let screen = Polygon::new(screen.map(turn).to_vec())?;
+    // Whichever of its sides the lamp shines to.
+    let lamp = if lamp.polygon().normal().dot(at - lamp.polygon().vertices()[0]) > 0.0 {
+        lamp
+    } else {
+        Emitter::new(Polygon::new(lamp.polygon().vertices().iter().rev().copied().collect())?, Emission::Constant(1.0))?
+    };
+    let asked = |aside: DVec3| -> Result<Vec<(DVec3, f64)>, Error> {
+        let receiver = Receiver::new(at + aside * BESIDE, turn(DVec3::new(0.125, 0.25, 1.0)) - at, 1.0)?;
+        let (light, by) = (evaluate_to(&receiver, &lamp, [&screen], 1e-9)?, derivatives(&receiver, &lamp, [&screen], 1e-9)?);
+        let vertices = by.vertices.iter().chain(by.occluders.iter().flatten()).map(|vertex| (vertex.value, vertex.error));
+        Ok(std::iter::once((light.gradient, light.gradient_error)).chain(vertices).collect())
+    };
+    let (here, mut findings) = (asked(DVec3::ZERO)?, Vec::new());
+    for way in [DVec3::X, DVec3::Y, DVec3::Z].into_iter().flat_map(|axis| [axis, -axis]) {
+        for (k, ((value, error), (beside, of_beside))) in here.iter().zip(asked(way)?).enumerate() {
+            let apart = (*value - beside).length();
+            if is_worse(apart, error + of_beside + STEEPEST * BESIDE) {
+                findings.push(format!("in line {index}: derivative {k} is {value} to {error:e}, {apart:e} off just beside"));
+            }
+        }
+    }
+    Ok(findings)
+}
+
+/// A screen that touches a triangle's edge as it is seen hides nothing, and the edge stays where it is, whichever corner is named first.
+fn of_touched() -> Result<Vec<String>, Error> {
+    let corners = [[0.0, 1.0], [1.0, 0.0], [-1.0, 0.0]].map(|[x, y]| DVec3::new(x, y, 1.0));
+    let screen = [[-1.0, 0.0], [1.0, 0.0], [1.0, -1.0], [-1.0, -1.0]].map(|[x, y]| DVec3::new(x, y, 0.5));
+    let screen = Polygon::new(screen.to_vec())?;
+    let receiver = Receiver::new(DVec3::X * 0.1, DVec3::new(0.1, 0.2, 1.0), 1.0)?;
+    let mut findings = Vec::new();
+    for first in 0..corners.len() {
+        let mut named = corners.to_vec();
+        named.rotate_left(first);
+        let lamp = Emitter::new(Polygon::new(named)?, Emission::Constant(1.0))?;
+        let free = evaluate_to(&receiver, &lamp, &[], 1e-9)?;
+        let touched = evaluate_to(&receiver, &lamp, [&screen], 1e-9)?;
+        if is_worse((free.gradient - touched.gradient).length(), free.gradient_error + 1e-15) {
+            findings.push(format!("named from corner {first}: {touched:?} past a screen that hides nothing, {free:?} without"));
+        }
+    }
+    Ok(findings)
+}
+
+/// From a corner of which all coordinates are at most 0, in a unit in which squares are a few of the least number: the same light.
+fn of_small_corner() -> Result<Vec<String>, Error> {
+    let seen = |unit: f64| {
+        let polygon = |corners: &[[f64; 3]]| Polygon::new(corners.iter().map(|corner| DVec3::from(*corner) * unit).collect());
+        let lamp = polygon(&[[0.0, 0.0, -1.55], [-0.62, 0.0, -1.55], [0.0, -0.62, -1.55]])?;
+        let screen = polygon(&[[-0.3, 0.0, -1.18], [-0.62, 0.0, -1.18], [0.0, -0.62, -1.18], [0.0, -0.3, -1.18]])?;
+        let receiver = Receiver::new(DVec3::ZERO, DVec3::NEG_Z, 1.0)?;
+        evaluate_to(&receiver, &Emitter::new(lamp, Emission::Constant(1.0))?, [&screen], 1e-9)
+    };
+    let (one, small) = (seen(1.0)?, seen(libm::ldexp(1.0, -537))?);
+    let is_same = (one.radiosity, one.radiosity_error) == (small.radiosity, small.radiosity_error);
+    Ok(if is_same { Vec::new() } else { vec![format!("{one:?} is in a unit of 2^-537 {small:?}")] })
 }
 
 /// Contradictions between a case and the same after each change, and how many statements are compared.

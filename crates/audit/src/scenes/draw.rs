@@ -31,7 +31,7 @@ fn reversed(corners: &[DVec3]) -> Vec<DVec3> {
 }
 
 /// The faces of a box, seen from inside or from outside: below, above, then y = low, high, x = low, high.
-pub(super) fn cuboid(low: DVec3, high: DVec3, inside: bool) -> Vec<Vec<DVec3>> {
+pub(crate) fn cuboid(low: DVec3, high: DVec3, inside: bool) -> Vec<Vec<DVec3>> {
     let corner = |i: usize| {
         let pick = |bit: usize, l: f64, h: f64| if i >> bit & 1 == 1 { h } else { l };
         DVec3::new(pick(0, low.x, high.x), pick(1, low.y, high.y), pick(2, low.z, high.z))

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 use radgrad_certificate::{Place, Request, certify, certify_points};
 use radgrad_core::Polygon;
-use radgrad_scene::{Quantity, Scene, Texture};
+use radgrad_scene::{FactorSettings, FormFactors, Quantity, Scene, Texture};
 use radgrad_solver::{Options, Solution, solve};
 
 use super::draw::{cuboid, quad};
@@ -193,15 +193,15 @@ fn half_dark() -> Wrong {
 }
 
 /// A point that rounding has put beside its face is on it, and one far beside is not.
-fn beside() -> Wrong {
-    let [floor, ceiling, ..] = walls(DVec3::ONE);
+fn beside(size: f64) -> Wrong {
+    let [floor, ceiling, ..] = walls(DVec3::splat(size));
     let scene = scene(&[(floor, 0.5, 0.0), (ceiling, 0.5, 1.0)], false, &["grey"]).map_err(|error| error.to_string())?;
     let request = Request { width: 0.5, rays: 500, seed: 3, delta: 1e-3 };
     let mut findings = Vec::new();
     for (distance, is_on) in [(1e-9, true), (-1e-9, true), (1e-4, false)] {
         for (along, outward) in [(DVec3::X, -DVec3::Y), (DVec3::Y, -DVec3::X), (DVec3::new(2.0, 1.0, 0.0), DVec3::X)] {
             // At the middle of an edge.
-            let position = along * 0.5 + outward * distance;
+            let position = (along * 0.5 + outward * distance) * size;
             let place = Place { position, normal: DVec3::Z, face: Some(0) };
             let points = certify_points(&scene, &[place], &request).map_err(|error| error.to_string())?;
             if points[0].is_ok() != is_on {
@@ -278,10 +278,44 @@ fn many_faces() -> Wrong {
     Ok(if solution.progress().links == 0 { vec!["of very many faces none is linked".to_owned()] } else { Vec::new() })
 }
 
+/// A room whose walls are all alike, where every walk brings the same light, so that limits are wide by what walks leave out alone.
+fn alike(width: f64) -> Wrong {
+    let walls = walls(DVec3::ONE).map(|corners| (corners, 0.9, 0.1));
+    let scene = scene(&walls, false, &["grey"]).map_err(|error| error.to_string())?;
+    let request = Request { width, rays: 100_000, seed: 11, delta: 1e-3 };
+    let limits = certify(&scene, &request).map_err(|error| error.to_string())?.mean[0];
+    let told = format!("in a room whose walls are alike the mean of 1 has the certificate {limits:?} of width {width}");
+    Ok((!limits.contains(1.0)).then_some(told).into_iter().collect())
+}
+
+/// A wide lamp close above a small floor, which nearly all of its light passes by: walks start from pairs of triangles.
+fn close_lamp(side: f64) -> Wrong {
+    let floor = quad(DVec3::ZERO, DVec3::X * side, DVec3::Y * side);
+    let lamp = quad(DVec3::new(-2.0, -2.0, 1e-3), DVec3::Y * 4.0, DVec3::X * 4.0);
+    let scene = scene(&[(floor, 0.5, 0.0), (lamp, 0.0, 1.0)], false, &["grey"]).map_err(|error| error.to_string())?;
+    let factors = FormFactors::new(&scene).map_err(|error| error.to_string())?;
+    let factor = factors.between(0, 1, &FactorSettings::default()).map_err(|error| error.to_string())?;
+    let share = 0.5 * side * side / (side * side + 16.0);
+    let request = Request { width: 0.02, rays: 200_000, seed: 13, delta: 1e-6 };
+    let limits = certify(&scene, &request).map_err(|error| error.to_string())?.reflected[0];
+    let is_beside = is_worse(limits.lower, share * factor.upper) || is_worse(share * factor.lower, limits.upper);
+    let told = format!("a floor of side {side} under a close lamp reflects {:e}, certified is {limits:?}", share * factor.value);
+    Ok(is_beside.then_some(told).into_iter().collect())
+}
+
 /// Contradictions of a few rooms of each kind.
 #[must_use]
 pub fn all_wrong() -> Vec<String> {
     let rooms = [even(0), surfaces(0), surfaces(1), half_dark(), gathered(0), gathered(1), gathered(2)];
-    let told = rooms.into_iter().chain([beside(), dark_and_white(), white_block(), lossless(), many_faces()]);
+    let told = rooms.into_iter().chain([
+        beside(1.0),
+        beside(100.0),
+        beside(0.01),
+        dark_and_white(),
+        white_block(),
+        lossless(),
+        many_faces(),
+    ]);
+    let told = told.chain([alike(0.2), alike(0.6), close_lamp(0.2), close_lamp(0.5)]);
     told.flat_map(|told| told.unwrap_or_else(|why| vec![why])).map(|what| format!("identities: {what}")).collect()
 }

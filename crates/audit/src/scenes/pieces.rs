@@ -75,6 +75,11 @@ fn turned(s: &mut Sampler) -> impl Fn(DVec3) -> DVec3 + use<> {
     move |p: DVec3| x * p.x + y * p.y + z * p.z
 }
 
+/// The unit of a case: one of three is small, so that nothing depends on absolute lengths.
+fn unit(index: u64) -> f64 {
+    if index % 3 == 2 { libm::ldexp(1.0, -40) } else { 1.0 }
+}
+
 /// A scene of faces that are one surface.
 pub(crate) fn scene_of(faces: Vec<Vec<DVec3>>) -> Result<Scene, String> {
     let said = |error: radgrad_scene::Error| error.to_string();
@@ -115,6 +120,13 @@ fn looked(index: u64) -> Result<Looked, String> {
     let shape = if index % 2 == 1 { Shape::Triangle } else { Shape::Parallelogram };
     let height = if s.one_in(3) { s.between(0.03, 0.3) } else { s.between(0.3, 3.0) };
     let aside = if s.one_in(2) { within(shape, s) } else { [s.between(-1.5, 2.5), s.between(-1.5, 2.5)] };
+    // Some are close beside the third side of a triangle.
+    let (aside, height) = if index % 4 == 3 {
+        let (along, beside) = (s.between(0.2, 0.8), s.spread(-5, -2));
+        ([along + beside, 1.0 - along + beside], s.between(0.2, 2.0) * beside)
+    } else {
+        (aside, height)
+    };
     let point = at(aside) + DVec3::Z * height;
     let toward = at(within(shape, s)) - point;
     // Some look past the horizon.
@@ -137,9 +149,9 @@ fn looked(index: u64) -> Result<Looked, String> {
         let foot = at([1.2, 0.4]);
         faces.push(vec![foot - DVec3::Z * 0.3, foot + DVec3::new(0.1, 0.5, -0.1), foot + DVec3::new(-0.1, 0.2, 0.4)]);
     }
-    let turn = turned(s);
-    let faces = faces.into_iter().map(|corners| corners.into_iter().map(&turn).collect()).collect();
-    let receiver = Receiver::new(turn(point), turn(normal), 1.0).map_err(|error| error.to_string())?;
+    let (turn, unit) = (turned(s), unit(index));
+    let faces = faces.into_iter().map(|corners| corners.into_iter().map(|p| turn(p) * unit).collect()).collect();
+    let receiver = Receiver::new(turn(point) * unit, turn(normal), 1.0).map_err(|error| error.to_string())?;
     Ok(Looked { scene: scene_of(faces)?, receiver, degree: if count == MANY { 0 } else { s.below(4) as usize } })
 }
 
@@ -207,6 +219,37 @@ fn transfers_of(index: u64, error: f64) -> Result<(Vec<String>, Figures), String
         findings.extend(kernel(&mesh, &receiver, &transfer, error, &mut Sampler::new(19, "kernels", index)));
     }
     Ok((findings, figures))
+}
+
+/// Findings on the receivers below an element that is divided unevenly, and on what it has of their values, of which each is the largest in turn.
+fn uneven() -> Wrong {
+    let said = |error: radgrad_solver::Error| error.to_string();
+    let mut findings = Vec::new();
+    for deep in 0..4 {
+        let mut mesh = Mesh::new(&scene_of(vec![quad(DVec3::ZERO, DVec3::X, DVec3::Y)])?, 0).map_err(said)?;
+        mesh.divide(0).map_err(said)?;
+        let first = mesh.elements()[0].children().ok_or("no quarters")?;
+        mesh.divide(first + deep).map_err(said)?;
+        let receives: Vec<bool> = mesh.elements().iter().map(|element| element.children().is_none()).collect();
+        let leaves: Vec<usize> = mesh.leaves().collect();
+        let mut below = parts::receivers_below(&mesh, &receives, 0);
+        below.sort_unstable();
+        if below != leaves {
+            findings.push(format!("the leaves are {leaves:?}, said {below:?}"));
+        }
+        for brightest in &leaves {
+            // Whole numbers and areas that are powers of two: all sums are exact.
+            let value = |element: usize| if element == *brightest { 64.0 } else { element as f64 };
+            let of_leaf = |(element, is_leaf): (usize, &bool)| if *is_leaf { value(element) } else { 0.0 };
+            let values: Vec<f64> = receives.iter().enumerate().map(of_leaf).collect();
+            let [means, most] = parts::pulled(&mesh, &receives, &values);
+            let mean: f64 = leaves.iter().map(|&leaf| value(leaf) * mesh.elements()[leaf].area()).sum();
+            if means[0] != mean || most[0] != 64.0 {
+                findings.push(format!("of {values:?} the mean is {mean}, the largest 64, said {} and {}", means[0], most[0]));
+            }
+        }
+    }
+    Ok(findings)
 }
 
 /// The kernel `n1.r n2.r / pi r^4` times the area, at a point of an element.
@@ -362,7 +405,7 @@ fn close() -> Wrong {
 pub fn rules() -> Vec<String> {
     let s = &mut Sampler::new(26, "rules", 0);
     let mut findings: Vec<String> =
-        [derivatives(), close()].into_iter().flat_map(|told| told.unwrap_or_else(|why| vec![why])).collect();
+        [derivatives(), close(), uneven()].into_iter().flat_map(|told| told.unwrap_or_else(|why| vec![why])).collect();
     for (shape, side) in
         [Shape::Parallelogram, Shape::Triangle].into_iter().flat_map(|shape| (1..6).map(move |side| (shape, side)))
     {

@@ -218,7 +218,7 @@ impl System {
 }
 
 /// Calls `visit` with the receivers below an element, or itself.
-fn below(mesh: &Mesh, receives: &[bool], element: usize, visit: &mut impl FnMut(usize)) {
+pub(crate) fn below(mesh: &Mesh, receives: &[bool], element: usize, visit: &mut impl FnMut(usize)) {
     if receives[element] {
         visit(element);
     } else if let Some(first) = mesh.elements()[element].children() {

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use crate::estimate::residual::{Residual, Residuals};
 use crate::estimate::visible_sources::VisibleSources;
 use crate::links::station::Station;
+use crate::mesh::Mesh;
 use crate::mesh::glow::Pair;
 use crate::system::System;
 
@@ -33,14 +34,18 @@ impl System {
         })
     }
 
-    /// Values of elements above receivers, channel after channel: the mean of their four children's, or the largest.
+    /// Values of elements above receivers ([`pull`]).
     pub(super) fn pull(&self, receives: &[bool], values: &mut [f64], join: fn([f64; 4]) -> f64) {
-        for index in (0..self.mesh.elements().len()).rev() {
-            let Some(first) = self.mesh.elements()[index].children().filter(|_| !receives[index]) else { continue };
-            for channel in 0..self.channels.len() {
-                values[index * self.channels.len() + channel] =
-                    join([0, 1, 2, 3].map(|child| values[(first + child) * self.channels.len() + channel]));
-            }
+        pull(&self.mesh, self.channels.len(), receives, values, join);
+    }
+}
+
+/// Values of elements above receivers, channel after channel: the mean of their four children's, or the largest.
+pub(crate) fn pull(mesh: &Mesh, channels: usize, receives: &[bool], values: &mut [f64], join: fn([f64; 4]) -> f64) {
+    for index in (0..mesh.elements().len()).rev() {
+        let Some(first) = mesh.elements()[index].children().filter(|_| !receives[index]) else { continue };
+        for channel in 0..channels {
+            values[index * channels + channel] = join([0, 1, 2, 3].map(|child| values[(first + child) * channels + channel]));
         }
     }
 }

@@ -26,7 +26,7 @@ pub(super) fn past_screens(_: &Setting<'_>) -> Vec<String> {
         let asked = [screens::of_drawn(index), screens::of_shares(index), screens::of_corners(index)].into_iter().chain(pairs);
         asked.flat_map(|said| said.unwrap_or_else(|error| vec![error])).collect::<Vec<_>>()
     };
-    (0..10u64).into_par_iter().flat_map_iter(drawn).collect()
+    (0..11u64).into_par_iter().flat_map_iter(drawn).collect()
 }
 
 /// The index: faces in beams and along rays.
@@ -55,10 +55,10 @@ pub(super) fn brackets(_: &Setting<'_>) -> Vec<String> {
 pub(super) fn pieces(_: &Setting<'_>) -> Vec<String> {
     use scenes::pieces::cuts::{partitions, shadow_lines};
     use scenes::pieces::hidden::{sights, unseen, views};
-    use scenes::pieces::textures::{gathers, textures};
+    use scenes::pieces::textures::{gathers, projections, textures};
     use scenes::pieces::{rules, transfers};
     let told = [transfers(12), views(8), unseen(24), textures(12)];
-    [told.concat(), sights(24), gathers(12), shadow_lines(18), partitions(4), rules()].concat()
+    [told.concat(), sights(24), gathers(12), shadow_lines(18), partitions(4), projections(8), rules()].concat()
 }
 
 /// Solutions and certificates with light in another unit and channels in another order.

@@ -7,7 +7,7 @@ use radgrad_core::{Emission, Emitter, Polygon, Receiver, Tolerance, evaluate_val
 use radgrad_scene::{Scene, largest, smallest};
 use radgrad_solver::{Element, Mesh, parts};
 
-use super::{FINE, Wrong, exceeds, is_hidden, named, scene_of, turned, within};
+use super::{FINE, Wrong, exceeds, is_hidden, named, scene_of, turned, unit, within};
 use crate::cases::sampler::Sampler;
 use crate::scenes::draw::quad;
 
@@ -148,6 +148,10 @@ fn views_of(index: u64, sum: &mut [f64; 2]) -> Wrong {
             if hits > 0.0 && hits < rays && exceeds((off - deviation).abs(), 1e-12) {
                 findings.push(format!("{hits} of {rays} rays have the deviation {deviation:e}, said {off:e}"));
             }
+            // What no ray met is as uncertain as what one would have met, if that is likely.
+            if hits == 0.0 && exceeds(smallest(1.0, rays * truth).sqrt() / rays, off + 1e-12) {
+                findings.push(format!("no ray of {rays} meets {truth}, said to {off}"));
+            }
             if bound == 0.0 {
                 if value != 0.0 || off != 0.0 || truth > 1e-12 {
                     findings.push(format!("what is behind is seen: {value:e}, {off:e}"));
@@ -193,6 +197,9 @@ pub fn unseen(cases: u64) -> Vec<String> {
     let mut findings = Vec::new();
     let mut hidden = 0;
     for index in 0..cases {
+        if index < 8 {
+            findings.extend(named("unit", index, in_another_unit(index)));
+        }
         match unseen_of(index) {
             Ok((wrong, count)) => {
                 findings.extend(wrong.into_iter().map(|what| format!("unseen {index}: {what}")));
@@ -274,10 +281,44 @@ pub fn sights(cases: u64) -> Vec<String> {
     if 50 * said > 76 * sampled || sampled == 0 {
         findings.push(format!("{said} elements are said to see a part of a lamp, {sampled} do by samples"));
     }
-    for (name, told) in [("a crossed lamp", crossed_lamp()), ("a foot", foot_in_plane())] {
+    for (name, told) in [("a crossed lamp", crossed_lamp()), ("a foot", foot_in_plane()), ("a fold", folded())] {
         findings.extend(named(name, 0, told));
     }
     findings
+}
+
+/// Findings on a face that is folded within its precision: no half of it sees the other.
+fn folded() -> Wrong {
+    let said = |error: radgrad_scene::Error| error.to_string();
+    let mut findings = Vec::new();
+    // One of them is hollow, whichever diagonal is taken.
+    for lift in [0.02, -0.02] {
+        let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.2, 1.0, lift], [0.0, 1.0, 0.0]].map(DVec3::from).to_vec();
+        let polygon = Polygon::from_rounded(corners, 0.05).map_err(|error| error.to_string())?;
+        let mut scene = Scene::new(["grey"]).map_err(said)?;
+        let (grey, surface) = (scene.add_material("grey", [0.5], [0.0]).map_err(said)?, scene.add_surface("all"));
+        scene.add_face(surface, grey, polygon, None).map_err(said)?;
+        let mesh = Mesh::new(&scene, 0).map_err(|error| error.to_string())?;
+        let seen = parts::unseen(&mesh, 0).into_iter().filter(|(_, bound)| *bound != Some([0.0; 2]));
+        findings.extend(seen.map(|(element, bound)| format!("lifted by {lift}, element {element} sees its own face: {bound:?}")));
+        if mesh.roots().len() != 2 {
+            findings.push(format!("a face lifted by {lift} has {} elements", mesh.roots().len()));
+        }
+    }
+    Ok(findings)
+}
+
+/// Findings on light that no node sees in a unit that is far larger: every digit stays.
+fn in_another_unit(index: u64) -> Wrong {
+    let faces = furnished(index, &mut Sampler::new(21, "unseen", index));
+    let smaller = faces.iter().map(|corners| corners.iter().map(|p| *p * unit(2)).collect()).collect();
+    let unseen = |faces: Vec<Vec<DVec3>>| -> Result<_, String> {
+        let mesh = Mesh::new(&scene_of(faces)?, 0).map_err(|error| error.to_string())?;
+        Ok(parts::unseen(&mesh, 0))
+    };
+    let [before, after] = [unseen(faces)?, unseen(smaller)?];
+    let apart = before.iter().zip(&after).filter(|(before, after)| before != after);
+    Ok(apart.map(|(before, after)| format!("light that no node sees is {before:?}, in another unit {after:?}")).collect())
 }
 
 /// Pairs of a point of an element and one of the lamp between which it is asked what is there.
@@ -299,19 +340,19 @@ fn sights_of(index: u64, partly: &mut Partly) -> Wrong {
         faces.push(plate.iter().rev().copied().collect());
         faces.push(plate);
     }
-    let (turn, offset) = (turned(s), s.cube() * 3.0);
-    let faces = faces.into_iter().map(|corners| corners.into_iter().map(|p| turn(p) + offset).collect()).collect();
+    let (turn, offset, unit) = (turned(s), s.cube() * 3.0, unit(index));
+    let faces = faces.into_iter().map(|corners| corners.into_iter().map(|p| (turn(p) + offset) * unit).collect()).collect();
     let mesh = divided(faces, s)?;
-    let mut findings = misplaced_feet(&mesh);
+    let (mut findings, level) = (misplaced_feet(&mesh, unit), 1e-9 * unit);
     for (element, bound) in parts::unseen(&mesh, 0) {
         let (to, from) = (&mesh.elements()[element], &mesh.elements()[0]);
         let screens = || (1..mesh.polygons().len()).filter(|&face| face != to.face()).map(|face| &mesh.polygons()[face]);
         let (mut free, mut hidden) = (0, 0);
         for _ in 0..PAIRS {
             let [x, y] = [to, from].map(|element| element.point(within(element.shape(), s)));
-            if to.polygon().normal().dot(y - x) > 1e-9 && from.polygon().normal().dot(x - y) > 1e-9 {
+            if to.polygon().normal().dot(y - x) > level && from.polygon().normal().dot(x - y) > level {
                 // What lies in the plane of an end, as the back of a plate does, is beside it.
-                let is_level = |p: DVec3, screen: &Polygon| screen.normal().dot(p - screen.vertices()[0]).abs() <= 1e-9;
+                let is_level = |p: DVec3, screen: &Polygon| screen.normal().dot(p - screen.vertices()[0]).abs() <= level;
                 let hides = |screen: &Polygon| !is_level(x, screen) && !is_level(y, screen) && is_hidden(x, y, screen);
                 *if screens().any(hides) { &mut hidden } else { &mut free } += 1;
             }
@@ -362,7 +403,7 @@ fn foot_in_plane() -> Wrong {
 
 /// Findings on the segments in which faces cross or stand on each other, of faces that are convex: against the parts of the line of their planes
 /// in both.
-fn misplaced_feet(mesh: &Mesh) -> Vec<String> {
+fn misplaced_feet(mesh: &Mesh, unit: f64) -> Vec<String> {
     let (feet, polygons) = (parts::feet(mesh), mesh.polygons());
     let mut findings = Vec::new();
     for (on, other) in (0..polygons.len()).flat_map(|on| (0..polygons.len()).map(move |other| (on, other))) {
@@ -371,7 +412,7 @@ fn misplaced_feet(mesh: &Mesh) -> Vec<String> {
         let along = below.normal().cross(above.normal());
         let highest = above.vertices().iter().map(|&p| height(p)).fold(f64::NEG_INFINITY, largest);
         // Faces that are nearly in one plane, and those below, are left out.
-        if along.length() < 0.05 || highest < 0.01 {
+        if along.length() < 0.05 || highest < 0.01 * unit {
             continue;
         }
         let across = along.cross(below.normal()).normalize();
@@ -386,7 +427,7 @@ fn misplaced_feet(mesh: &Mesh) -> Vec<String> {
                 let (slope, level) = (inward.dot(along), inward.dot(start - a));
                 // The sides of either cut off a ray of the line; one along it all or nothing.
                 if slope.abs() < 1e-9 {
-                    range[1] = if level < -1e-9 { f64::NEG_INFINITY } else { range[1] };
+                    range[1] = if level < -1e-9 * unit { f64::NEG_INFINITY } else { range[1] };
                 } else if slope > 0.0 {
                     range[0] = largest(range[0], -level / slope);
                 } else {
@@ -396,12 +437,12 @@ fn misplaced_feet(mesh: &Mesh) -> Vec<String> {
         }
         let ends = range.map(|share| start + along * share);
         let said = feet.iter().find(|(face, foot, _)| *face == on && *foot == other).map(|(.., [a, b])| [*a, *b]);
-        let is_there = range[1] - range[0] > 1e-3;
+        let is_there = range[1] - range[0] > 1e-3 * unit;
         let is_it = |[a, b]: [DVec3; 2]| {
             let apart = |p: DVec3, q: DVec3| p.distance(ends[0]) + q.distance(ends[1]);
-            smallest(apart(a, b), apart(b, a)) <= 1e-6
+            smallest(apart(a, b), apart(b, a)) <= 1e-6 * unit
         };
-        if is_there && !said.is_some_and(is_it) || range[1] < range[0] - 1e-3 && said.is_some() {
+        if is_there && !said.is_some_and(is_it) || range[1] < range[0] - 1e-3 * unit && said.is_some() {
             findings.push(format!("face {other} is on face {on} at {range:?} from {start} along {along}, said {said:?}"));
         }
     }

@@ -1,4 +1,4 @@
-//! Textures on elements.
+//! Textures on elements, and what polynomials of elements leave out of the light on them.
 
 use std::f64::consts::PI;
 
@@ -7,7 +7,7 @@ use radgrad_core::{Polygon, Receiver};
 use radgrad_scene::{Quantity, Scene, Texture, largest, smallest};
 use radgrad_solver::{Mesh, parts};
 
-use super::{Wrong, exceeds, kernel_at, named_findings, over};
+use super::{Wrong, exceeds, kernel_at, named_findings, over, scene_of};
 use crate::cases::sampler::Sampler;
 
 /// Findings on textures on elements, in so many cases.
@@ -246,6 +246,56 @@ fn gathers_of(index: u64) -> Wrong {
             || exceeds(said.truncation, truncation + 1e-3 * peak)
         {
             findings.push(format!("by {name} {gathered} is gathered with the factor {factor}, {truncation:e} left: {said:?}"));
+        }
+    }
+    Ok(findings)
+}
+
+/// Findings on polynomials of elements over the light of their leaves, in so many cases.
+#[must_use]
+pub fn projections(cases: u64) -> Vec<String> {
+    named_findings("projection", cases, projections_of)
+}
+
+/// A face, one of its quarters and one of that one's are divided, and each leaf has a light of its own.
+fn projections_of(index: u64) -> Wrong {
+    let s = &mut Sampler::new(33, "projections", index);
+    let (u, v) = (DVec3::new(s.between(0.5, 2.0), 0.2, 0.0), DVec3::new(-0.3, s.between(0.5, 2.0), 0.1));
+    let corners = if index.is_multiple_of(2) { vec![DVec3::ZERO, u, v] } else { vec![DVec3::ZERO, u, u + v, v] };
+    let said = |error: radgrad_solver::Error| error.to_string();
+    let mut mesh = Mesh::new(&scene_of(vec![corners])?, (index / 2 % 4) as usize).map_err(said)?;
+    let mut divided = 0;
+    for _ in 0..3 {
+        mesh.divide(divided).map_err(said)?;
+        divided = mesh.elements()[divided].children().unwrap_or(0) + s.below(4) as usize;
+    }
+    let leaves: Vec<usize> = mesh.leaves().collect();
+    let mut of_leaf = |&leaf: &usize| (0..mesh.basis(leaf).len()).map(|_| s.between(-1.0, 1.0)).collect::<Vec<f64>>();
+    let light: Vec<Vec<f64>> = leaves.iter().map(&mut of_leaf).collect();
+    let value = |element: usize, coefficients: &[f64], at: [f64; 2]| {
+        mesh.basis(element).values(at).iter().zip(coefficients).map(|(phi, c)| phi * c).sum::<f64>()
+    };
+    let mut findings = Vec::new();
+    for (element, said) in parts::projections(&mesh, &light).into_iter().enumerate() {
+        let is_below =
+            |leaf: usize| std::iter::successors(Some(leaf), |&at| mesh.elements()[at].parent()).any(|at| at == element);
+        let (mut furthest, mut square) = (0.0, 0.0);
+        for (&leaf, light) in leaves.iter().zip(&light).filter(|(leaf, _)| is_below(**leaf)) {
+            let share = mesh.elements()[leaf].area() / mesh.elements()[element].area();
+            for (at, weight) in over(mesh.elements()[leaf].shape(), 2) {
+                let of_element = mesh.elements()[element].reference(mesh.elements()[leaf].point(at));
+                let beyond = value(leaf, light, at) - value(element, &said.coefficients, of_element);
+                furthest = largest(furthest, beyond.abs());
+                square += share * weight * beyond * beyond;
+            }
+        }
+        let [largest_beyond, rms] = said.beyond;
+        if exceeds(furthest, largest_beyond + 1e-10) || exceeds((square.sqrt() - rms).abs(), 1e-6) {
+            findings.push(format!(
+                "beyond the polynomial of element {element} is {furthest:e}, {:e} in the mean square, said {:?}",
+                square.sqrt(),
+                said.beyond
+            ));
         }
     }
     Ok(findings)

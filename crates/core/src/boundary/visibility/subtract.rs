@@ -62,7 +62,8 @@ impl<'a, T: Real> Subtraction<'a, T> {
         let part = VisiblePart::new(corners, &self.sides);
         let heights: Vec<T> = vertices.iter().map(|&v| height_over_horizon(receiver, v, power)).collect();
         let horizon = self.sides.add(Generator::Horizon(-unit_normal::<T>(receiver)), None);
-        self.keep(&part, &heights, horizon)
+        let are_open: Vec<bool> = heights.iter().map(|&height| is_doubtful(height)).collect();
+        self.keep(&part, &heights, &are_open, horizon)
     }
 
     /// Adds the parts of `part` outside `shadow`.
@@ -84,13 +85,18 @@ impl<'a, T: Real> Subtraction<'a, T> {
         let is_in_horizon = |i: usize| {
             self.is_horizon(side) && [i, (i + count - 1) % count].iter().any(|&k| self.is_horizon(part.corners[k].side))
         };
+        // The depth of a corner, and whether its sign is open: of a corner that is seen on the line and is not known to be on it, or in the
+        // horizon with it, the next place of the receiver decides.
         let depth = |i: usize| {
             let corner = &part.corners[i];
             let depth = -normal.dot(corner.point);
+            if !is_doubtful(depth) && !is_exactly_0(depth) {
+                return (depth, false);
+            }
             let is_on_it = || name.zip(corner.vertex).is_some_and(|(edge, vertex)| edge.is_in_line_with(vertex));
-            if is_doubtful(depth) && (is_on_it() || is_in_horizon(i)) { T::exact(0.0) } else { depth }
+            if is_on_it() || is_in_horizon(i) { (T::exact(0.0), false) } else { (depth, true) }
         };
-        let depths: Vec<T> = (0..count).map(depth).collect();
+        let (depths, are_open): (Vec<T>, Vec<bool>) = (0..count).map(depth).unzip();
         let is_small = |i: usize| depths[i].size() <= depths[i].error();
         if let Some(i) =
             (0..count).find(|&i| self.are_one(part.corners[i].side, side, || is_small(i) && is_small((i + 1) % count)))
@@ -98,7 +104,7 @@ impl<'a, T: Real> Subtraction<'a, T> {
             let same_way = self.sides.normal(part.corners[i].side).dot(normal).value() > 0.0;
             return same_way.then(|| part.clone());
         }
-        self.keep(part, &depths, side)
+        self.keep(part, &depths, &are_open, side)
     }
 
     /// Whether the plane of a side is exactly that of the receiver's horizon: the horizon's own, or of an occluder that stands on the
@@ -131,8 +137,8 @@ impl<'a, T: Real> Subtraction<'a, T> {
     }
 
     /// The part of positive depth, closed along `cutting`.
-    fn keep(&mut self, part: &VisiblePart<T>, depths: &[T], cutting: Facing) -> Option<VisiblePart<T>> {
-        self.add_uncertainty(part, depths, cutting);
+    fn keep(&mut self, part: &VisiblePart<T>, depths: &[T], are_open: &[bool], cutting: Facing) -> Option<VisiblePart<T>> {
+        self.add_uncertainty(part, depths, are_open, cutting);
         let is_line = !matches!(self.sides.unturned(cutting), Generator::Horizon(_));
         let places: Vec<Place> = depths.iter().map(|&depth| Place::of_depth(depth)).collect();
         let crossing = |i: usize, j: usize| {

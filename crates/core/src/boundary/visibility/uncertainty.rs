@@ -34,17 +34,18 @@ impl<R: Radius> Uncertainty<R> {
 }
 
 impl<T: Real> Subtraction<'_, T> {
-    /// Bounds the change that the other decision would make, for corners whose depth may have either sign.
+    /// Bounds the change that the other decision would make, for corners whose depth may have either sign. A side that is seen exactly along
+    /// the cutting line hides nothing, and the gradient is the one or the other.
     ///
     /// The region in question is within `depth/h` of the cutting plane, in a hemisphere. Its boundary runs along the edges at the
     /// corner as far as the depth may vanish, and back along the cut.
-    pub(super) fn add_uncertainty(&mut self, part: &VisiblePart<T>, depths: &[T], cutting: Facing) {
+    pub(super) fn add_uncertainty(&mut self, part: &VisiblePart<T>, depths: &[T], are_open: &[bool], cutting: Facing) {
         let count = part.corners.len();
         let possible = |i: usize| depths[i].size() + depths[i].error();
         let half_turn = RadiusOf::<T>::from(std::f64::consts::PI);
         for i in 0..count {
             let j = (i + 1) % count;
-            let is_open = [i, j].map(|k| is_doubtful(depths[k]));
+            let is_open = [i, j].map(|k| are_open[k]);
             if is_open == [false; 2] {
                 continue;
             }
