@@ -28,6 +28,14 @@ pub enum Error {
         /// The rule that it breaks.
         rule: String,
     },
+    /// A walk brought more than the most that a walk may bring by its derivation, on which the limits rest. No scene is known in which one does.
+    #[error("a walk brings {value}, at most {most} is derived: this is a fault of radgrad, please report it with the scene")]
+    BeyondRange {
+        /// What it brought.
+        value: f64,
+        /// The most.
+        most: f64,
+    },
     /// The scene is refused.
     #[error(transparent)]
     Scene(#[from] radgrad_scene::Error),

@@ -164,6 +164,7 @@ impl<W: Walker> Trial<W> {
                 outcome.surfaces.resize(block.surfaces.len(), 0.0);
                 outcome.surfaces.iter_mut().zip(&block.surfaces).for_each(|(sum, more)| *sum += more);
             }
+            within(&drawn, &ranges)?;
             let take = |(channel, bets): (usize, &mut [Bets; 2])| {
                 for (end, bets) in bets.iter_mut().enumerate() {
                     let sums = drawn.iter().flat_map(|block| block.column(channel, channels, end));
@@ -190,6 +191,21 @@ impl<W: Walker> Trial<W> {
             planned = count(largest(need / self.walks_a_block as f64, blocks as f64) * SPARE);
         }
     }
+}
+
+/// Rounding of a walk's sum and of its range, relative.
+const ROUNDING: f64 = 1e-12;
+
+/// Refuses a sum that is beyond its range: no limits follow from it.
+fn within(drawn: &[Block], ranges: &[f64]) -> Result<(), Error> {
+    for block in drawn {
+        for (&[_, value], &most) in block.sums.iter().zip(ranges.iter().cycle()) {
+            if value > most * (1.0 + ROUNDING) || value.is_nan() {
+                return Err(Error::BeyondRange { value, most });
+            }
+        }
+    }
+    Ok(())
 }
 
 /// A number of blocks that is not negative, rounded up.

@@ -559,7 +559,7 @@ fn other_entries(_: &Setting<'_>) -> Vec<String> {
         named(name, entries::of_rounding(name).unwrap_or_else(|error| vec![error]))
     };
     findings.extend((0..3u64).into_par_iter().flat_map_iter(of_rounding).collect::<Vec<_>>());
-    findings.extend(entries::of_waiting_row().unwrap_or_else(|error| vec![error]));
+    findings.extend(entries::of_repairs().unwrap_or_else(|error| vec![error]));
     findings
 }
 

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use glam::DVec3;
-use radgrad_certificate::{Place, Request, certify, certify_points};
+use radgrad_certificate::{Interval, Place, Request, certify, certify_points};
 use radgrad_core::Polygon;
 use radgrad_scene::{FactorSettings, FormFactors, Quantity, Scene, Texture};
 use radgrad_solver::{Options, Solution, solve};
@@ -278,14 +278,28 @@ fn many_faces() -> Wrong {
     Ok(if solution.progress().links == 0 { vec!["of very many faces none is linked".to_owned()] } else { Vec::new() })
 }
 
-/// A room whose walls are all alike, where every walk brings the same light, so that limits are wide by what walks leave out alone.
-fn alike(width: f64) -> Wrong {
-    let walls = walls(DVec3::ONE).map(|corners| (corners, 0.9, 0.1));
-    let scene = scene(&walls, false, &["grey"]).map_err(|error| error.to_string())?;
+/// A room whose walls are all alike, where every walk brings the same light, so that limits are wide by what walks leave out alone; and at a point
+/// of its floor, where textures make walks take the light of lamps that they meet.
+fn alike(reflectance: f64, width: f64) -> Wrong {
+    let walls = walls(DVec3::ONE).map(|corners| (corners, reflectance, 1.0 - reflectance));
     let request = Request { width, rays: 100_000, seed: 11, delta: 1e-3 };
-    let limits = certify(&scene, &request).map_err(|error| error.to_string())?.mean[0];
-    let told = format!("in a room whose walls are alike the mean of 1 has the certificate {limits:?} of width {width}");
-    Ok((!limits.contains(1.0)).then_some(told).into_iter().collect())
+    let mut findings = Vec::new();
+    let mut hold = |what: &str, limits: Interval| {
+        if !limits.contains(1.0) {
+            findings.push(format!(
+                "where all walls reflect {reflectance} {what} of 1 has the certificate {limits:?} of width {width}"
+            ));
+        }
+    };
+    let plain = scene(&walls, false, &["grey"]).map_err(|error| error.to_string())?;
+    hold("the mean", certify(&plain, &request).map_err(|error| error.to_string())?.mean[0]);
+    let textured = scene(&walls, true, &["grey"]).map_err(|error| error.to_string())?;
+    let floor = Place { position: DVec3::new(0.3, 0.4, 0.0), normal: DVec3::Z, face: Some(0) };
+    let request = Request { rays: 2_000, ..request };
+    for point in certify_points(&textured, &[floor], &request).map_err(|error| error.to_string())? {
+        hold("the irradiance", point.map_err(|error| error.to_string())?.irradiance[0]);
+    }
+    Ok(findings)
 }
 
 /// A wide lamp close above a small floor, which nearly all of its light passes by: walks start from pairs of triangles.
@@ -316,6 +330,7 @@ pub fn all_wrong() -> Vec<String> {
         lossless(),
         many_faces(),
     ]);
-    let told = told.chain([alike(0.2), alike(0.6), close_lamp(0.2), close_lamp(0.5)]);
+    let told =
+        told.chain([alike(0.9, 0.2), alike(0.9, 0.6), alike(0.5, 0.05), alike(0.1, 0.2), close_lamp(0.2), close_lamp(0.5)]);
     told.flat_map(|told| told.unwrap_or_else(|why| vec![why])).map(|what| format!("identities: {what}")).collect()
 }

@@ -3,9 +3,11 @@
 //! With v the exchanges as computed, `[l, u]` their brackets, `w = u - l` their widths and A the areas, the x wanted minimises `sum (x - v)^2 / w`
 //! over pairs, `l <= x <= u`, such that `sum_j x_ij = A_i` in every row: one symmetric number a pair, so reciprocity stays, and
 //! an exchange that is known exactly stays. The minimum is `x_ij = clip(v_ij + w_ij (m_i + m_j))` with one multiplier a row, the
-//! maximum of a concave function of them whose gradient is the rows' defect `A_i - sum_j x_ij`. Newton's method finds it: its
-//! matrix, `diag(sum_j w_ij) + w` over the pairs that are not at an end, is positive semidefinite, and conjugate gradients solve
-//! with it. A step that does not reduce the defect is halved.
+//! maximum of a concave function of them, `sum m_i A_i + sum [(x - v)^2/2w - (m_i + m_j) x]`, whose gradient is the rows' defect
+//! `A_i - sum_j x_ij`. Newton's method finds it: its matrix, `diag(sum_j w_ij) + w` over the pairs that are not at an end, is positive
+//! semidefinite, and conjugate gradients solve with it. Where too many pairs are at an end it is singular, and part of the defect changes
+//! with no step to the first order: a share of the diagonal over all pairs is added, at most the worst defect (K. Levenberg 1944), and a step
+//! that does not raise the function is halved (L. Armijo 1966).
 //!
 //! The error of a factor is the distance to the farther end of its bracket, so that a move may bring it over the bound that was asked
 //! for. The ends are first set where the bound is met still, and only where rows cannot sum to 1 so, at those
@@ -33,6 +35,13 @@ pub struct Repaired {
 
 /// The share that a row may lack at the end, over its area: the roundings of its sum.
 const ENOUGH: f64 = 1e-14;
+
+/// The most that is added of the whole diagonal, and the part of the rise that the gradient promises which a step has to bring.
+const DAMPING: f64 = 1e-3;
+const RISE: f64 = 1e-4;
+
+/// What a rise is below the rounding of, relative to the function.
+const ROUNDED: f64 = 1e-12;
 
 /// Steps of Newton's method, and of conjugate gradients in each.
 const STEPS: usize = 200;
@@ -100,19 +109,28 @@ impl FactorMatrix {
         let (mut moved, mut free) = self.moved(before, limits, &multipliers);
         let mut lacking = self.lacking(&moved);
         let mut norm = self.worst(&lacking);
+        let whole: f64 = self.faces().iter().map(|&face| self.scaled_areas[face]).sum();
         for _ in 0..STEPS {
             if norm <= ENOUGH {
                 return Ok(moved);
             }
-            let step = self.newton(&free, &lacking);
+            let step = self.newton(&free, &lacking, smaller(norm, DAMPING));
+            let height = self.height(before, &moved, &multipliers);
+            let slope: f64 = step.iter().zip(&lacking).map(|(s, l)| s * l).sum();
             let mut share = 1.0;
             loop {
                 let next: Vec<f64> = multipliers.iter().zip(&step).map(|(m, s)| m + share * s).collect();
                 let (candidate, candidate_free) = self.moved(before, limits, &next);
                 let left = self.lacking(&candidate);
-                let squares = |of: &[f64]| of.iter().map(|x| x * x).sum::<f64>();
-                // Where large rows lack their rounding, small ones may still lack more of themselves.
-                if squares(&left) < squares(&lacking) || self.worst(&left) < norm {
+                let squares = |rows: &[f64]| rows.iter().map(|x| x * x).sum::<f64>();
+                let rise = share * slope;
+                let is_better = if rise > ROUNDED * (height.abs() + whole) {
+                    self.height(before, &candidate, &next) >= height + RISE * rise
+                } else {
+                    // Where large rows lack their rounding, small ones may still lack more of themselves.
+                    squares(&left) < squares(&lacking) || self.worst(&left) < norm
+                };
+                if is_better {
                     (multipliers, moved, free, lacking) = (next, candidate, candidate_free, left);
                     break;
                 }
@@ -149,6 +167,18 @@ impl FactorMatrix {
         self.pairs.iter().zip(before).zip(limits).map(of).unzip()
     }
 
+    /// The function of the multipliers whose maximum is wanted.
+    fn height(&self, before: &[f64], moved: &[f64], multipliers: &[f64]) -> f64 {
+        let of_rows: f64 = multipliers.iter().zip(self.scaled_areas.iter()).map(|(m, area)| m * area).sum();
+        let of_pair = |((pair, &value), &to): ((&super::matrix::Pair, &f64), &f64)| {
+            let [a, b] = pair.faces.map(|face| face as usize);
+            let (width, off) = (pair.known.most - pair.known.least, to - value);
+            let bent = if width > 0.0 { 0.5 * off * off / width } else { 0.0 };
+            bent - (multipliers[a] + multipliers[b]) * to
+        };
+        of_rows + self.pairs.iter().zip(before).zip(moved).map(of_pair).sum::<f64>()
+    }
+
     /// The part of its area that each row lacks.
     fn lacking(&self, exchanges: &[f64]) -> Vec<f64> {
         let mut lacking = vec![0.0; self.scaled_areas.len()];
@@ -164,11 +194,12 @@ impl FactorMatrix {
     }
 
     /// Conjugate gradients with the diagonal for a preconditioner.
-    fn newton(&self, weights: &[f64], lacking: &[f64]) -> Vec<f64> {
+    fn newton(&self, weights: &[f64], lacking: &[f64], damping: f64) -> Vec<f64> {
         let count = lacking.len();
         let mut diagonal = vec![0.0; count];
         for (pair, weight) in self.pairs.iter().zip(weights) {
-            pair.faces.iter().for_each(|&face| diagonal[face as usize] += weight);
+            let added = weight + damping * (pair.known.most - pair.known.least);
+            pair.faces.iter().for_each(|&face| diagonal[face as usize] += added);
         }
         let times = |x: &[f64]| {
             let mut product: Vec<f64> = diagonal.iter().zip(x).map(|(d, x)| d * x).collect();
