@@ -49,6 +49,9 @@ const POWERS: [f64; 3] = [1.0, 1.0 / (1u64 << 40) as f64, (1u64 << 30) as f64];
 /// The light that planes of surfaces leave out, as they are level up to rounding.
 const PLANES: f64 = 1e-12;
 
+/// The bound on a gradient above which it has two values: others are known to twelve digits.
+const TWO_VALUES: f64 = 1e-6;
+
 /// The light of a lamp on a receiver past all polygons and past some of them; nothing where there is no beam.
 fn past(receiver: &Receiver, lamp: &Polygon, all: &[Polygon], some: Option<&[usize]>) -> Option<[Answer; 2]> {
     let emitter = Emitter::new(lamp.clone(), Emission::Constant(1.0)).ok()?;
@@ -95,7 +98,8 @@ pub fn of_beam(index: u64) -> Vec<String> {
                 let Some([past_all, past_some]) = past(&receiver, &lamp, &all, chosen.as_deref()) else { continue };
                 let slopes = (past_all.gradient - past_some.gradient).length();
                 // Where the gradient has two values, one of them is of a polygon that hides nothing.
-                let are_as_sure = past_all.gradient_error.is_finite() == past_some.gradient_error.is_finite();
+                let has_two = |answer: &Answer| answer.gradient_error > TWO_VALUES;
+                let are_as_sure = has_two(&past_all) == has_two(&past_some);
                 if (past_all.radiosity - past_some.radiosity).abs() > past_all.radiosity_error + past_some.radiosity_error + slack
                     || slack == 0.0 && (!are_as_sure || slopes > past_all.gradient_error + past_some.gradient_error)
                 {

@@ -218,6 +218,26 @@ pub fn of_drawn(index: u64) -> Result<Vec<String>, String> {
     Ok(findings)
 }
 
+/// Violations by faces that see nothing of each other: all figures of their factor are 0.
+///
+/// # Errors
+/// If the scene or a factor is refused: why.
+pub fn of_nothing() -> Result<Vec<String>, String> {
+    let side = quad(DVec3::ZERO, DVec3::X, DVec3::Y);
+    let back = side.iter().rev().copied().collect();
+    let scene = of_faces([side, back].into_iter())?;
+    let factors = FormFactors::new(&scene).map_err(|error| error.to_string())?;
+    let nothing = Factor { value: 0.0, lower: 0.0, upper: 0.0, error: 0.0, modelling: 0.0, estimate: 0.0, occluders: 0 };
+    let mut findings = Vec::new();
+    for [from, to] in [[0, 1], [1, 0], [0, 0]] {
+        let said = factors.between(from, to, &FactorSettings::default()).map_err(|error| error.to_string())?;
+        if said != nothing {
+            findings.push(format!("from {from} to {to}, which see nothing of each other: {said:?}"));
+        }
+    }
+    Ok(findings)
+}
+
 /// A rectangle beyond all beams, cut along the lines of the edges of a convex outline in it: the parts outside of each edge and inside those before.
 fn rest_of_plane(outline: &[DVec3]) -> Vec<Vec<DVec3>> {
     let z = outline[0].z;

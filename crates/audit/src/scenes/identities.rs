@@ -27,27 +27,35 @@ fn walls(size: DVec3) -> [Vec<DVec3>; 6] {
 fn scene(walls: &[Wall], is_textured: bool, channels: &[&str]) -> Result<Scene, Box<dyn std::error::Error>> {
     let mut scene = Scene::new(channels.iter().copied())?;
     let each = |values: [f64; 2]| values[..channels.len()].to_vec();
-    for (index, (corners, reflectance, emitted)) in walls.iter().enumerate() {
-        let given = [each([*reflectance, 0.0]), each([emitted / PI, 1.0 / PI])];
-        let whole = |values: &Vec<f64>| values.iter().map(|value| if *value > 0.0 { 1.0 } else { 0.0 }).collect();
-        let [rho, radiance] = if is_textured { given.each_ref().map(whole) } else { given.clone() };
-        let material = scene.add_material(index.to_string(), rho, radiance)?;
-        let surface = scene.add_surface(index.to_string());
-        let polygon = Polygon::new(corners.clone())?;
-        if is_textured {
-            for quantity in Quantity::ALL {
-                scene.set_texture(
-                    material,
-                    quantity,
-                    Texture::new("even", [1, 1], channels.len(), given[quantity as usize].clone())?,
-                )?;
-            }
-            scene.add_textured_face(surface, material, polygon, &[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]], None)?;
-        } else {
-            scene.add_face(surface, material, polygon, None)?;
-        }
+    for (corners, reflectance, emitted) in walls {
+        add_wall(&mut scene, corners, &[each([*reflectance, 0.0]), each([emitted / PI, 1.0 / PI])], is_textured)?;
     }
     Ok(scene)
+}
+
+/// Adds a wall with these values in each channel, by its material or by textures of one texel.
+fn add_wall(
+    scene: &mut Scene,
+    corners: &[DVec3],
+    given: &[Vec<f64>; 2],
+    is_textured: bool,
+) -> Result<(), Box<dyn std::error::Error>> {
+    let whole = |values: &Vec<f64>| values.iter().map(|value| if *value > 0.0 { 1.0 } else { 0.0 }).collect();
+    let [rho, radiance] = if is_textured { given.each_ref().map(whole) } else { given.clone() };
+    let name = scene.faces().len().to_string();
+    let material = scene.add_material(name.clone(), rho, radiance)?;
+    let surface = scene.add_surface(name);
+    let polygon = Polygon::new(corners.to_vec())?;
+    if !is_textured {
+        scene.add_face(surface, material, polygon, None)?;
+        return Ok(());
+    }
+    for quantity in Quantity::ALL {
+        let texture = Texture::new("even", [1, 1], scene.channels().len(), given[quantity as usize].clone())?;
+        scene.set_texture(material, quantity, texture)?;
+    }
+    scene.add_textured_face(surface, material, polygon, &[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]], None)?;
+    Ok(())
 }
 
 fn solved(walls: &[Wall], is_textured: bool, options: &Options) -> Result<(Scene, Solution), String> {
@@ -302,6 +310,26 @@ fn alike(reflectance: f64, width: f64) -> Wrong {
     Ok(findings)
 }
 
+/// A room of radiosity 1 whose walls give their light by textures but for one, which gives little: walks that leave it out leave out no other light.
+fn one_faint_lamp() -> Wrong {
+    let said = |error: Box<dyn std::error::Error>| error.to_string();
+    let mut scene = Scene::new(["grey"]).map_err(|error| error.to_string())?;
+    for (index, corners) in walls(DVec3::ONE).iter().enumerate() {
+        let (is_textured, reflectance) = (index != 1, if index == 1 { 0.999 } else { 0.5 });
+        add_wall(&mut scene, corners, &[vec![reflectance], vec![(1.0 - reflectance) / PI]], is_textured).map_err(said)?;
+    }
+    let floor = Place { position: DVec3::new(0.3, 0.4, 0.0), normal: DVec3::Z, face: Some(0) };
+    let request = Request { width: 0.2, rays: 20_000, seed: 11, delta: 1e-3 };
+    let mut findings = Vec::new();
+    for point in certify_points(&scene, &[floor], &request).map_err(|error| error.to_string())? {
+        let limits = point.map_err(|error| error.to_string())?.irradiance[0];
+        if !limits.contains(1.0) {
+            findings.push(format!("with one faint lamp the irradiance of 1 has the certificate {limits:?}"));
+        }
+    }
+    Ok(findings)
+}
+
 /// A wide lamp close above a small floor, which nearly all of its light passes by: walks start from pairs of triangles.
 fn close_lamp(side: f64) -> Wrong {
     let floor = quad(DVec3::ZERO, DVec3::X * side, DVec3::Y * side);
@@ -330,7 +358,14 @@ pub fn all_wrong() -> Vec<String> {
         lossless(),
         many_faces(),
     ]);
-    let told =
-        told.chain([alike(0.9, 0.2), alike(0.9, 0.6), alike(0.5, 0.05), alike(0.1, 0.2), close_lamp(0.2), close_lamp(0.5)]);
+    let told = told.chain([
+        alike(0.9, 0.2),
+        alike(0.9, 0.6),
+        alike(0.5, 0.05),
+        alike(0.1, 0.2),
+        one_faint_lamp(),
+        close_lamp(0.2),
+        close_lamp(0.5),
+    ]);
     told.flat_map(|told| told.unwrap_or_else(|why| vec![why])).map(|what| format!("identities: {what}")).collect()
 }

@@ -220,7 +220,7 @@ fn a_line_asks_for_digits_for_second_derivatives_or_for_an_estimate() {
 fn a_line_asks_for_derivatives_by_everything_that_shapes_it() {
     let with = |more: &str| CORNER.replacen("\"id\":\"corner\"", &format!("\"id\":\"a\",\"derivatives\":true{more}"), 1);
     let expression = with("").replace("{\"constant\":1}", "{\"expression\":\"1 + x\"}");
-    let screen = ",\"occluders\":[[[0,0,0.5],[0.3,0,0.5],[0,0.4,0.5]]]";
+    let screen = ",\"occluders\":[[[0.05,0.05,0.5],[0.3,0.05,0.5],[0.05,0.4,0.5]]]";
     let output = eval_with(&[], &[with(""), with(screen), with(",\"digits\":20"), expression].join("\n"));
     let [free, hidden, digits, expression] = objects(&output).try_into().unwrap();
     for answer in [&free, &hidden] {

@@ -9,7 +9,7 @@ use radgrad_oracle::cubature::{self, Status};
 use radgrad_oracle::monte_carlo::{self, Sampling, Sequence};
 use radgrad_oracle::scene::known::{FacingRectangles, furnace_emission};
 use radgrad_oracle::scene::{Effort, Face, Kind, Known, Pattern, Point, Scene};
-use radgrad_oracle::{Arithmetic, Interval, Request, Source, enclose_source};
+use radgrad_oracle::{Arithmetic, Interval, Request, Source, enclose_occluded, enclose_source};
 use radgrad_scene::{largest, smallest};
 
 use crate::cases::sampler::Sampler;
@@ -304,10 +304,57 @@ fn decimals(sampler: &mut Sampler) -> Told {
 /// A check by its name.
 type Ask = (&'static str, fn(&mut Sampler) -> Told);
 
+/// A flat screen with a corner that turns inward, against the closed form and against its two halves.
+fn corners_inward(sampler: &mut Sampler) -> Told {
+    let level = |corners: &[[f64; 2]], z: f64| Polygon::new(corners.iter().map(|[x, y]| DVec3::new(*x, *y, z)).collect());
+    let lamp = level(&[[-1.0, -1.0], [-1.0, 1.0], [1.0, 1.0], [1.0, -1.0]], 2.0)?;
+    let lamp = Emitter::new(lamp, Emission::Constant(1.0))?;
+    let place = DVec3::new(sampler.between(-0.25, 0.25), sampler.between(-0.25, 0.25), 0.0);
+    let receiver = Receiver::new(place, DVec3::new(0.125, -0.25, 1.0), 0.8)?;
+    let mut corners = [[-0.25, -0.25], [-0.25, 0.5], [0.0, 0.5], [0.0, 0.0], [0.375, 0.0], [0.375, -0.25]];
+    corners.rotate_left(sampler.below(6) as usize);
+    let whole = [level(&corners, 1.0)?];
+    let halves = [
+        level(&[[-0.25, -0.25], [-0.25, 0.5], [0.0, 0.5], [0.0, -0.25]], 1.0)?,
+        level(&[[0.0, -0.25], [0.0, 0.0], [0.375, 0.0], [0.375, -0.25]], 1.0)?,
+    ];
+    let one = enclose_occluded(&receiver, &lamp, &whole, 15)?.radiosity;
+    let both = enclose_occluded(&receiver, &lamp, &halves, 15)?.radiosity;
+    let truth = evaluate_to(&receiver, &lamp, &whole, 1e-12)?;
+    let error = one.error_of(truth.radiosity);
+    let is_right = one.overlaps(&both) && error <= 2.0 * one.radius() + truth.radiosity_error;
+    Ok(if is_right { Vec::new() } else { vec![format!("past an L {one:?}, past its halves {both:?}, off by {error:e}")] })
+}
+
+/// A steep polynomial whose value and slope vanish at the point of the lamp that is nearest to the receiver.
+fn steep(_: &mut Sampler) -> Told {
+    let mut findings = Vec::new();
+    let receiver = Receiver::new(DVec3::ZERO, DVec3::Z, 1.0)?;
+    for corners in [[[0.0, 0.0], [2.0, 0.5], [2.0, 0.0]], [[0.0, 0.0], [0.0, 0.5], [2.0, 0.5]]] {
+        let polygon = Polygon::new(corners.map(|[x, y]| DVec3::new(x, y, 1.0)).to_vec())?;
+        let power = radgrad_core::Polynomial::new(DVec3::ZERO, [(1.0, [8, 0, 0])])?;
+        let emitter = Emitter::new(polygon, Emission::Polynomial(power))?;
+        let enclosed = enclose_source(&receiver, &Source::Emitter(&emitter), &Request::digits(15))?.radiosity;
+        let truth = evaluate_to(&receiver, &emitter, &[], 1e-12)?;
+        // Its radius is in the error.
+        if is_worse(enclosed.error_of(truth.radiosity), 2.0 * enclosed.radius() + truth.radiosity_error) {
+            findings.push(format!("x^8 over {corners:?}: {enclosed:?}, not {}", truth.radiosity));
+        }
+    }
+    Ok(findings)
+}
+
 /// Contradictions of so many draws of each.
 pub(super) fn all_wrong(count: u64) -> Vec<String> {
-    let asks: [Ask; 5] =
-        [("points", points), ("enclosures", enclosures), ("rooms", rooms), ("rectangles", rectangles), ("decimals", decimals)];
+    let asks: [Ask; 7] = [
+        ("points", points),
+        ("enclosures", enclosures),
+        ("rooms", rooms),
+        ("rectangles", rectangles),
+        ("decimals", decimals),
+        ("corners inward", corners_inward),
+        ("steep", steep),
+    ];
     let asked = |(name, ask): Ask| -> Vec<String> {
         let told = |index: u64| ask(&mut Sampler::new(64, name, index)).unwrap_or_else(|error| vec![format!("{name}: {error}")]);
         (0..count).flat_map(told).collect()

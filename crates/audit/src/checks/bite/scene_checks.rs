@@ -22,7 +22,7 @@ pub(super) fn free_exchanges(_: &Setting<'_>) -> Vec<String> {
 /// Factors past drawn screens.
 pub(super) fn past_screens(_: &Setting<'_>) -> Vec<String> {
     let drawn = |index: u64| {
-        let pairs = (index < 1).then(|| screens::of_complements(index));
+        let pairs = (index < 1).then(|| [screens::of_complements(index), screens::of_nothing()]).into_iter().flatten();
         let asked = [screens::of_drawn(index), screens::of_shares(index), screens::of_corners(index)].into_iter().chain(pairs);
         asked.flat_map(|said| said.unwrap_or_else(|error| vec![error])).collect::<Vec<_>>()
     };

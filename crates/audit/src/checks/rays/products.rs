@@ -88,6 +88,17 @@ pub(super) fn wrong(asked: &Counts<'_>, factors: &RayFactors) -> Result<Vec<Stri
             findings.push("with the other sign a product has other errors".to_owned());
         }
     }
+    let longer = [&first[..], &[0.0]].concat();
+    if operator.apply(&longer).is_ok() || operator.apply_many(&first, 2).is_ok() {
+        findings.push("a list that is not one number for each face is taken".to_owned());
+    }
+    let unit = 1.0 / (1u64 << 40) as f64;
+    let little: Vec<f64> = second.iter().map(|q| q * unit).collect();
+    let [one, other] = [operator.certified(&second), operator.certified(&little)];
+    let (one, other) = (one.map_err(said)?.error, other.map_err(said)?.error);
+    if one.iter().zip(&other).any(|(one, other)| is_worse((one * unit - other).abs(), 1e-13 * unit * one)) {
+        findings.push("in another unit a product has other errors".to_owned());
+    }
     let both = [&first[..], &second];
     findings.extend(columns(|q, columns| operator.apply_many(q, columns), both).map_err(said)?);
     for blocks in [&fine, &rough] {

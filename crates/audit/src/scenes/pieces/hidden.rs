@@ -101,12 +101,14 @@ fn views_of(index: u64, sum: &mut [f64; 2]) -> Wrong {
     let mut findings = Vec::new();
     let said = |error: radgrad_solver::Error| error.to_string();
     let views = parts::views(&scene, &receivers, RAYS).map_err(said)?;
-    // Twice as large, from places twice as far away: the same rays.
-    let larger = scene_of(faces.iter().map(|corners| corners.iter().map(|p| *p * 2.0).collect()).collect())?;
-    let farther = Receiver::new(receivers[0].position() * 2.0, receivers[0].normal(), 1.0).map_err(|error| error.to_string())?;
-    let again = parts::views(&larger, &[farther], RAYS).map_err(said)?;
-    if again[0].iter().zip(&views[0]).any(|(again, view)| again.sampled != view.sampled || again.bounds != view.bounds) {
-        findings.push("views of a scene twice as large are others".to_owned());
+    // Twice as large, or far smaller, from places as much farther away: the same rays.
+    for power in [2.0, unit(2)] {
+        let other = scene_of(faces.iter().map(|corners| corners.iter().map(|p| *p * power).collect()).collect())?;
+        let receiver = Receiver::new(receivers[0].position() * power, receivers[0].normal(), 1.0);
+        let again = parts::views(&other, &[receiver.map_err(|error| error.to_string())?], RAYS).map_err(said)?;
+        if again[0].iter().zip(&views[0]).any(|(again, view)| again.sampled != view.sampled || again.bounds != view.bounds) {
+            findings.push(format!("views of a scene {power} times as large are others"));
+        }
     }
     if is_body && index > 1 {
         findings.extend(single_rays(&scene, &receivers[0], &lamps)?);

@@ -62,31 +62,29 @@ impl<'a, T: Real> Subtraction<'a, T> {
         let part = VisiblePart::new(corners, &self.sides);
         let heights: Vec<T> = vertices.iter().map(|&v| height_over_horizon(receiver, v, power)).collect();
         let horizon = self.sides.add(Generator::Horizon(-unit_normal::<T>(receiver)), None);
-        let are_open: Vec<bool> = heights.iter().map(|&height| is_doubtful(height)).collect();
-        self.keep(&part, &heights, &are_open, horizon)
+        self.keep(&part, &heights, horizon)
     }
 
     /// Adds the parts of `part` outside `shadow`.
     pub(super) fn subtract(&mut self, part: VisiblePart<T>, shadow: &Shadow<T>, lit: &mut Vec<VisiblePart<T>>) {
         let mut inside = part;
         for &side in &shadow.lines {
-            lit.extend(self.cut(&inside, side.reversed()));
-            match self.cut(&inside, side) {
+            lit.extend(self.cut(&inside, side.reversed(), None));
+            match self.cut(&inside, side, Some(shadow)) {
                 Some(inner) => inside = inner,
                 None => break,
             }
         }
     }
 
-    /// The part where `N . omega < 0` for the normal of `side`, if any.
-    fn cut(&mut self, part: &VisiblePart<T>, side: Facing) -> Option<VisiblePart<T>> {
+    /// The part where `N . omega < 0` for the normal of `side`, if any; of the side of a shadow the kinks in the light are added.
+    fn cut(&mut self, part: &VisiblePart<T>, side: Facing, shadow: Option<&Shadow<T>>) -> Option<VisiblePart<T>> {
         let (normal, name) = (self.sides.normal(side), self.sides.name(side));
         let count = part.corners.len();
         let is_in_horizon = |i: usize| {
             self.is_horizon(side) && [i, (i + count - 1) % count].iter().any(|&k| self.is_horizon(part.corners[k].side))
         };
-        // The depth of a corner, and whether its sign is open: of a corner that is seen on the line and is not known to be on it, or in the
-        // horizon with it, the next place of the receiver decides.
+        // The depth of a corner, and whether it is seen exactly on the line though it is not known to be on it, or in the horizon with it.
         let depth = |i: usize| {
             let corner = &part.corners[i];
             let depth = -normal.dot(corner.point);
@@ -94,9 +92,9 @@ impl<'a, T: Real> Subtraction<'a, T> {
                 return (depth, false);
             }
             let is_on_it = || name.zip(corner.vertex).is_some_and(|(edge, vertex)| edge.is_in_line_with(vertex));
-            if is_on_it() || is_in_horizon(i) { (T::exact(0.0), false) } else { (depth, true) }
+            if is_on_it() || is_in_horizon(i) { (T::exact(0.0), false) } else { (depth, is_exactly_0(depth)) }
         };
-        let (depths, are_open): (Vec<T>, Vec<bool>) = (0..count).map(depth).unzip();
+        let (depths, are_seen_on_it): (Vec<T>, Vec<bool>) = (0..count).map(depth).unzip();
         let is_small = |i: usize| depths[i].size() <= depths[i].error();
         if let Some(i) =
             (0..count).find(|&i| self.are_one(part.corners[i].side, side, || is_small(i) && is_small((i + 1) % count)))
@@ -104,7 +102,14 @@ impl<'a, T: Real> Subtraction<'a, T> {
             let same_way = self.sides.normal(part.corners[i].side).dot(normal).value() > 0.0;
             return same_way.then(|| part.clone());
         }
-        self.keep(part, &depths, &are_open, side)
+        if let Some(shadow) = shadow {
+            for (i, j) in (0..count).map(|i| (i, (i + 1) % count)) {
+                if (are_seen_on_it[i] || are_seen_on_it[j]) && is_exactly_0(depths[i]) && is_exactly_0(depths[j]) {
+                    self.add_kink([i, j].map(|k| part.corners[k].point), [part.corners[i].side, side], shadow);
+                }
+            }
+        }
+        self.keep(part, &depths, side)
     }
 
     /// Whether the plane of a side is exactly that of the receiver's horizon: the horizon's own, or of an occluder that stands on the
@@ -137,8 +142,8 @@ impl<'a, T: Real> Subtraction<'a, T> {
     }
 
     /// The part of positive depth, closed along `cutting`.
-    fn keep(&mut self, part: &VisiblePart<T>, depths: &[T], are_open: &[bool], cutting: Facing) -> Option<VisiblePart<T>> {
-        self.add_uncertainty(part, depths, are_open, cutting);
+    fn keep(&mut self, part: &VisiblePart<T>, depths: &[T], cutting: Facing) -> Option<VisiblePart<T>> {
+        self.add_uncertainty(part, depths, cutting);
         let is_line = !matches!(self.sides.unturned(cutting), Generator::Horizon(_));
         let places: Vec<Place> = depths.iter().map(|&depth| Place::of_depth(depth)).collect();
         let crossing = |i: usize, j: usize| {

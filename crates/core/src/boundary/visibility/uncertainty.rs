@@ -7,6 +7,7 @@ use radgrad_numbers::vec3::Vec3;
 use crate::boundary::arc::Generator;
 use crate::boundary::visibility::not_flat::Doubt;
 use crate::boundary::visibility::part::{Facing, VisiblePart, nearness};
+use crate::boundary::visibility::shadow::Shadow;
 use crate::boundary::visibility::subtract::Subtraction;
 
 /// Bounds on the changes from undecided signs, in the sums without the factor rho/pi.
@@ -27,25 +28,24 @@ impl<R: Radius> Uncertainty<R> {
         Self { irradiance: zero, gradient: zero, solid_angle: zero, edges: zero }
     }
 
-    /// Whether every decision was certain.
+    /// Whether every decision was certain, and the gradient has one value.
     pub(crate) fn is_none(&self) -> bool {
         self.irradiance == 0.0.into() && self.gradient == 0.0.into()
     }
 }
 
 impl<T: Real> Subtraction<'_, T> {
-    /// Bounds the change that the other decision would make, for corners whose depth may have either sign. A side that is seen exactly along
-    /// the cutting line hides nothing, and the gradient is the one or the other.
+    /// Bounds the change that the other decision would make, for corners whose depth may have either sign.
     ///
     /// The region in question is within `depth/h` of the cutting plane, in a hemisphere. Its boundary runs along the edges at the
     /// corner as far as the depth may vanish, and back along the cut.
-    pub(super) fn add_uncertainty(&mut self, part: &VisiblePart<T>, depths: &[T], are_open: &[bool], cutting: Facing) {
+    pub(super) fn add_uncertainty(&mut self, part: &VisiblePart<T>, depths: &[T], cutting: Facing) {
         let count = part.corners.len();
         let possible = |i: usize| depths[i].size() + depths[i].error();
         let half_turn = RadiusOf::<T>::from(std::f64::consts::PI);
         for i in 0..count {
             let j = (i + 1) % count;
-            let is_open = [i, j].map(|k| are_open[k]);
+            let is_open = [i, j].map(|k| is_doubtful(depths[k]));
             if is_open == [false; 2] {
                 continue;
             }
@@ -74,6 +74,35 @@ impl<T: Real> Subtraction<'_, T> {
             self.uncertainty.irradiance = self.uncertainty.irradiance + area * self.emission;
             self.uncertainty.gradient = self.uncertainty.gradient + (self.steepness * area + weight * self.emission);
         }
+    }
+
+    /// Bounds how far the gradient is from its other value where the side `own` of a part, between two points, is seen exactly along the side `cut`
+    /// of a shadow: at a place beside, the one or the other bounds what is seen, as far as the shadow goes.
+    pub(super) fn add_kink(&mut self, ends: [Vec3<T>; 2], [own, cut]: [Facing; 2], shadow: &Shadow<T>) {
+        let mut range = [0.0, 1.0];
+        for &side in shadow.lines.iter().filter(|&&side| side != cut) {
+            let normal = self.sides.normal(side);
+            // The most that an end may be inside of the shadow's other sides.
+            let [start, end] = ends.map(|point| {
+                let depth = -normal.dot(point);
+                depth.value() + depth.error().to_double() + 2.0 * f64::EPSILON * depth.value().abs()
+            });
+            match (start < 0.0, end < 0.0) {
+                (true, true) => return,
+                (true, false) => range[0] = larger(range[0], start / (start - end)),
+                (false, true) => range[1] = -larger(-range[1], -start / (start - end)),
+                (false, false) => {}
+            }
+        }
+        if range[1] <= range[0] {
+            return;
+        }
+        let [own, cut] = [own, cut].map(|facing| self.sides.unturned(facing));
+        let half_turn = RadiusOf::<T>::from(std::f64::consts::PI);
+        let whole = (ends[1] - ends[0]).norm_squared().size().sqrt() * 1.01 / self.height;
+        let length = whole.min(half_turn) * (range[1] - range[0]).min(1.0);
+        self.uncertainty.edges = self.uncertainty.edges + length * (nearness(own) + nearness(cut));
+        self.uncertainty.gradient = self.uncertainty.gradient + length * exchange(own, cut, 0.0.into()) * self.emission;
     }
 
     /// Bounds the change that other surfaces through the vertices would make.
