@@ -284,7 +284,7 @@ fn in_line(index: u64) -> Result<Vec<String>, Error> {
     let [from, to] = [eighth(-8, 4), eighth(5, 12)].map(|share| a + (b - a) * share);
     let aside = DVec3::new(if index % 4 < 2 { -0.5 } else { 0.25 }, eighth(-2, 2), 0.0);
     let screen = [from * 0.5, to * 0.5, from * 0.5 + aside];
-    let turn = |p: DVec3| at + if index % 3 == 0 { p } else { DVec3::new(p.z, p.x, p.y) };
+    let turn = |p: DVec3| at + if index.is_multiple_of(3) { p } else { DVec3::new(p.z, p.x, p.y) };
     let lamp = Emitter::new(Polygon::new(lamp.map(turn).to_vec())?, Emission::Constant(1.0))?;
     let screen = Polygon::new(screen.map(turn).to_vec())?;
     // Whichever of its sides the lamp shines to.
