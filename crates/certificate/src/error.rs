@@ -31,7 +31,7 @@ pub enum Error {
     /// A walk brought more than the most that a walk may bring by its derivation, on which the limits rest. No scene is known in which one does.
     #[error("a walk brings {value}, at most {most} is derived: this is a fault of radgrad, please report it with the scene")]
     BeyondRange {
-        /// What it brought.
+        /// The sum that it brought.
         value: f64,
         /// The most.
         most: f64,

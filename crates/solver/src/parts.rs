@@ -120,7 +120,7 @@ pub fn gathers(
 pub struct Projection {
     /// In the element's basis.
     pub coefficients: Vec<f64>,
-    /// Bounds on what the light has beyond the polynomial: on its magnitude, and on its root mean square.
+    /// Bounds on the light beyond the polynomial: on its magnitude, and on its root mean square.
     pub beyond: [f64; 2],
 }
 
@@ -130,11 +130,11 @@ pub fn projections(mesh: &Mesh, light: &[Vec<f64>]) -> Vec<Projection> {
     let mut field = Field::dark(mesh, 1);
     mesh.leaves().zip(light).for_each(|(leaf, light)| field.add(mesh, leaf, 0, light));
     field.pull(mesh);
-    let of = |element: usize| Projection {
+    let projection = |element: usize| Projection {
         coefficients: field.coefficients(element, 0).to_vec(),
         beyond: [field.left_out(element, 0), field.left_out_rms(element, 0)],
     };
-    (0..mesh.elements().len()).map(of).collect()
+    (0..mesh.elements().len()).map(projection).collect()
 }
 
 /// The receivers that an element is, or that are below it.

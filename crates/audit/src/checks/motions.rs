@@ -423,16 +423,16 @@ fn identities(problem: &Problem, found: &Derivatives, tolerance: f64) -> Vec<Str
     hold("the turn of all vertices", length(turn[0] - rotation.value), turn[1].x + rotation.error, turn[1].y);
     let by_scale = found.scale(about);
     hold("the scale of all vertices", (scale.value - by_scale.value).abs(), scale.error + by_scale.error, scale.size);
-    // Their bounds are those of what they are made of, and some roundings.
+    // Their bounds are those of their terms, and some roundings.
     let arm = length(receiver.position() - about);
     let (of_scale, scale_size) = (arm * found.gradient.error, arm * length(found.gradient.value));
     let (of_turn, turn_size) = (of_scale + found.normal.error, scale_size + length(found.normal.value));
     for (what, said, error, size) in
         [("turn", rotation.error, of_turn, turn_size), ("scale", by_scale.error, of_scale, scale_size)]
     {
-        let most = 1.001 * (error + 16.0 * f64::EPSILON * size) + 2.0 * f64::MIN_POSITIVE;
-        if error.is_finite() && is_worse(said, most) {
-            findings.push(format!("the bound of a {what} is {said:e}, the errors of its terms allow {most:e}"));
+        let allowed = 1.001 * (error + 16.0 * f64::EPSILON * size) + 2.0 * f64::MIN_POSITIVE;
+        if error.is_finite() && is_worse(said, allowed) {
+            findings.push(format!("the bound of a {what} is {said:e}, the errors of its terms allow {allowed:e}"));
         }
     }
     findings

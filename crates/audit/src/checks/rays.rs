@@ -259,7 +259,7 @@ fn whole_block() -> Result<Vec<String>, String> {
     Ok((back.ok().as_ref() != Some(&blocks)).then(|| "a block of 256 faces is another one".to_owned()).into_iter().collect())
 }
 
-/// Sixteen tiles, each close under one of sixteen others, in a block that has their sums alone: what one sends goes to all of them.
+/// Sixteen tiles, each close under one of sixteen others, in a block that has their sums alone: all of them get the light of one.
 fn one_to_one() -> Result<Vec<String>, String> {
     const TILES: u32 = 16;
     let said = |error: radgrad_scene::Error| error.to_string();

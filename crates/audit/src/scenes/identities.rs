@@ -286,7 +286,7 @@ fn many_faces() -> Wrong {
     Ok(if solution.progress().links == 0 { vec!["of very many faces none is linked".to_owned()] } else { Vec::new() })
 }
 
-/// A room whose walls are all alike, where every walk brings the same light, so that limits are wide by what walks leave out alone; and at a point
+/// A room whose walls are all alike, where every walk brings the same light, so that limits are wide by the truncation of walks alone; and at a point
 /// of its floor, where textures make walks take the light of lamps that they meet.
 fn alike(reflectance: f64, width: f64) -> Wrong {
     let walls = walls(DVec3::ONE).map(|corners| (corners, reflectance, 1.0 - reflectance));

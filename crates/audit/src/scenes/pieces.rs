@@ -221,7 +221,7 @@ fn transfers_of(index: u64, error: f64) -> Result<(Vec<String>, Figures), String
     Ok((findings, figures))
 }
 
-/// Findings on the receivers below an element that is divided unevenly, and on what it has of their values, of which each is the largest in turn.
+/// Findings on the receivers below an element that is divided unevenly, and on its share of their values, of which each is the largest in turn.
 fn uneven() -> Wrong {
     let said = |error: radgrad_solver::Error| error.to_string();
     let mut findings = Vec::new();

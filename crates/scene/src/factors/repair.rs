@@ -40,7 +40,7 @@ const ENOUGH: f64 = 1e-14;
 const DAMPING: f64 = 1e-3;
 const RISE: f64 = 1e-4;
 
-/// What a rise is below the rounding of, relative to the function.
+/// A rise that is lost in the rounding of the function, relative to it.
 const ROUNDED: f64 = 1e-12;
 
 /// Steps of Newton's method, and of conjugate gradients in each.

@@ -150,7 +150,7 @@ fn views_of(index: u64, sum: &mut [f64; 2]) -> Wrong {
             if hits > 0.0 && hits < rays && exceeds((off - deviation).abs(), 1e-12) {
                 findings.push(format!("{hits} of {rays} rays have the deviation {deviation:e}, said {off:e}"));
             }
-            // What no ray met is as uncertain as what one would have met, if that is likely.
+            // A cluster that no ray met is as uncertain as one that a ray is likely to meet.
             if hits == 0.0 && exceeds(smallest(1.0, rays * truth).sqrt() / rays, off + 1e-12) {
                 findings.push(format!("no ray of {rays} meets {truth}, said to {off}"));
             }

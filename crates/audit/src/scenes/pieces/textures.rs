@@ -1,4 +1,4 @@
-//! Textures on elements, and what polynomials of elements leave out of the light on them.
+//! Textures on elements, and the light on elements beyond their polynomials.
 
 use std::f64::consts::PI;
 

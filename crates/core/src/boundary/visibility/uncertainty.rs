@@ -77,7 +77,7 @@ impl<T: Real> Subtraction<'_, T> {
     }
 
     /// Bounds how far the gradient is from its other value where the side `own` of a part, between two points, is seen exactly along the side `cut`
-    /// of a shadow: at a place beside, the one or the other bounds what is seen, as far as the shadow goes.
+    /// of a shadow: at a place beside, the one or the other bounds the visible part, as far as the shadow goes.
     pub(super) fn add_kink(&mut self, ends: [Vec3<T>; 2], [own, cut]: [Facing; 2], shadow: &Shadow<T>) {
         let mut range = [0.0, 1.0];
         for &side in shadow.lines.iter().filter(|&&side| side != cut) {
