@@ -154,7 +154,7 @@ impl Enclosed {
         let emitter = case.emitter;
         (emitter.polygon().half_slab() > 0.0 && !matches!(emitter.emission(), Emission::Constant(_)))
             || emitter.affine().residual > 0.0
-            || visit::<Ball<Big>>(case, |_| {}).is_some_and(|uncertainty| !uncertainty.is_none())
+            || visit::<Ball<Big>, true>(case, |_| {}).is_some_and(|uncertainty| !uncertainty.is_none())
     }
 
     /// Whether more bits than a coincidence takes serve nothing: the visible part stays undecided, or each of value and gradient

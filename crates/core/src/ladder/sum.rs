@@ -26,7 +26,7 @@ impl<T: Real> IrradianceAndGradient<T> {
         let terms = if let Emission::Constant(_) = emitter.emission() {
             let mut angles = SolidAngleVector::zero();
             let mut edges = EdgeSum::new(unit_normal(receiver));
-            let uncertainty = visit(case, |arc: &Arc<T>| {
+            let uncertainty = visit::<T, GRADIENT>(case, |arc: &Arc<T>| {
                 if VALUE {
                     angles.add(arc);
                 }
@@ -39,12 +39,12 @@ impl<T: Real> IrradianceAndGradient<T> {
         } else if let Some(plane) = emitter.polynomial() {
             let relative = SeenPolynomial::new(receiver, emitter, plane, plan.power);
             let mut sum = PolynomialSum::new(relative);
-            let uncertainty = visit(case, |arc: &Arc<T>| sum.add::<GRADIENT>(arc))?;
+            let uncertainty = visit::<T, GRADIENT>(case, |arc: &Arc<T>| sum.add::<GRADIENT>(arc))?;
             let gradient = if GRADIENT { sum.gradient() } else { Vec3::zero() };
             Self { irradiance: sum.irradiance(), gradient }.widened(uncertainty)
         } else {
             let mut sum = LinearSum::new(SeenLinear::new(receiver, emitter, plan.power));
-            let uncertainty = visit(case, |arc: &Arc<T>| sum.add::<GRADIENT>(arc))?;
+            let uncertainty = visit::<T, GRADIENT>(case, |arc: &Arc<T>| sum.add::<GRADIENT>(arc))?;
             sum.total().widened(uncertainty)
         };
         Some(terms)
@@ -58,10 +58,16 @@ impl<T: Real> IrradianceAndGradient<T> {
     }
 }
 
-/// Calls the arcs of the visible boundary; returns a bound on the effect of undecided visibility, or `None` where nothing is
-/// visible.
+/// The value where all is hidden and the gradient alone is in doubt is bounded by this, in normalised units: it is 0, and stays in the range of doubles.
+const NEXT_TO_NOTHING: f64 = f64::from_bits((1023 - 1000) << 52);
+
+/// Calls the arcs of the visible boundary; returns a bound on the effect of undecided visibility, or `None` where nothing is visible, nor, if the
+/// gradient is wanted, beside the place.
 #[inline]
-pub(crate) fn visit<T: Real>(case: &Case<'_>, visit: impl FnMut(&Arc<T>)) -> Option<Uncertainty<RadiusOf<T>>> {
+pub(crate) fn visit<T: Real, const GRADIENT: bool>(
+    case: &Case<'_>,
+    visit: impl FnMut(&Arc<T>),
+) -> Option<Uncertainty<RadiusOf<T>>> {
     let Case { receiver, emitter, occluders, plan } = *case;
     if occluders.is_empty() {
         horizon::visit_boundary(receiver, emitter.polygon(), plan, visit);
@@ -75,7 +81,13 @@ pub(crate) fn visit<T: Real>(case: &Case<'_>, visit: impl FnMut(&Arc<T>)) -> Opt
         arcs.iter().for_each(visit);
         return Some(Uncertainty::none());
     }
-    let (arcs, uncertainty) = visibility::arcs(receiver, emitter, occluders, plan)?;
+    let (arcs, mut uncertainty) = visibility::arcs(receiver, emitter, occluders, plan)?;
+    if arcs.is_empty() && uncertainty.irradiance == 0.0.into() {
+        if !GRADIENT {
+            return None;
+        }
+        uncertainty.irradiance = NEXT_TO_NOTHING.into();
+    }
     arcs.iter().for_each(visit);
     Some(uncertainty)
 }
