@@ -61,8 +61,8 @@ pub fn evaluate<'a>(
 /// The cheapest method whose bound is at most `tolerance` times the value (times the norm, for the gradient) answers; if none
 /// is, the last one does: the bounds say so. The last one gives the nearest doubles, so below a tolerance of 2^-53 its bound is
 /// that of their rounding, and [`crate::evaluate_digits`] gives more digits than doubles have. Occluders are opaque from both
-/// sides; those behind the receiver or the emitter are left out by themselves. Where an edge is seen exactly in line with another one that
-/// is elsewhere in space, the gradient has two values: one of them is given, and its bound holds the other.
+/// sides; those behind the receiver or the emitter are left out by themselves. If the receiver sees one edge
+/// exactly behind another, the gradient has two values: the answer has one of them, and its bound reaches the other.
 ///
 /// ```
 /// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver, evaluate_to};

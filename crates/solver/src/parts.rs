@@ -148,7 +148,7 @@ pub fn receivers_below(mesh: &Mesh, receives: &[bool], element: usize) -> Vec<us
 /// Values of all elements, of which those of receivers are given: of the elements above them the mean, and the largest.
 #[must_use]
 pub fn pulled(mesh: &Mesh, receives: &[bool], values: &[f64]) -> [Vec<f64>; 2] {
-    let joins: [fn([f64; 4]) -> f64; 2] = [|of| 0.25 * of.iter().sum::<f64>(), |of| of.into_iter().fold(0.0, largest)];
+    let joins: [fn([f64; 4]) -> f64; 2] = [|four| 0.25 * four.iter().sum::<f64>(), |four| four.into_iter().fold(0.0, largest)];
     joins.map(|join| {
         let mut values = values.to_vec();
         sources::pull(mesh, 1, receives, &mut values, join);

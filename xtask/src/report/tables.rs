@@ -266,8 +266,8 @@ pub(super) fn faults_told(faults: &[Fault]) -> String {
     let seeds: Vec<String> = seeds.iter().map(u64::to_string).collect();
     format!(
         "{} faults were drawn with seed {}; {harmless} of them are harmless. Of the others {:.1} % are noticed, and {:.1} % by truth; \
-         the rest of those noticed differ from what was recorded. Checks were written for some of them after they were drawn: of another sample fewer are \
-         noticed, as the guide says.",
+         the rest of those noticed differ from what was recorded. We wrote checks for some of them after the draw, so that another sample has a lower \
+         share, as the guide says.",
         faults.len(),
         seeds.join(", "),
         share(truth + record),

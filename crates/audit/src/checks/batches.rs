@@ -153,6 +153,20 @@ fn beside_alone<F: Copy>(batch: &Answers<F>, alone: &[Alone], cast: &Cast<F>, is
     findings
 }
 
+/// Where a batch that is asked in one way contradicts its receivers alone.
+fn in_one_way<F: Precision>(
+    name: &str,
+    problem: &Problem,
+    places: &[[DVec3; 2]],
+    cast: &Cast<F>,
+    way: usize,
+) -> Result<Vec<String>, Error> {
+    let ready = ReadyEmitter::<F>::new(problem.emitter.clone());
+    let answers = asked(Engine::new(), (problem, &ready), places, cast, way)?;
+    let findings = beside_alone(&answers, &each_alone(problem, places)?, cast, way >= PAST_OCCLUDERS);
+    Ok(findings.into_iter().map(|(k, what)| format!("{name}, receiver {k}: {what}")).collect())
+}
+
 /// Rounds a place to the precision.
 fn rounded<F>(cast: &Cast<F>) -> impl Fn(DVec3) -> DVec3 {
     |v| v.map(|c| (cast.from)((cast.to)(c)))
@@ -179,10 +193,7 @@ fn past_sails<F: Precision>(index: u64, cast: &Cast<F>) -> Result<Vec<String>, E
     let emitter = Emitter::new(Polygon::new(lamp.to_vec())?, Emission::Constant(1.0))?;
     let problem = Problem { receiver: Receiver::new(DVec3::ZERO, n, 1.0)?, emitter, occluders: vec![sail], tolerance: 1.0 };
     let places: Vec<[DVec3; 2]> = (0..5).map(|_| [sampler.cube() * 0.1, n + sampler.cube() * 0.5].map(&round)).collect();
-    let (ready, alone) = (ReadyEmitter::<F>::new(problem.emitter.clone()), each_alone(&problem, &places)?);
-    let answers = asked(Engine::new(), (&problem, &ready), &places, cast, PAST_OCCLUDERS + 1)?;
-    let findings = beside_alone(&answers, &alone, cast, true).into_iter();
-    Ok(findings.map(|(k, what)| format!("sail {index}, receiver {k}: {what}")).collect())
+    in_one_way(&format!("sail {index}"), &problem, &places, cast, PAST_OCCLUDERS + 1)
 }
 
 /// A wall that stands on the floor, turned, and receivers on the floor nearer and nearer to its foot, which is level with them to rounding.
@@ -202,14 +213,11 @@ fn at_the_foot<F: Precision>(index: u64, cast: &Cast<F>) -> Result<Vec<String>, 
     let problem = Problem { receiver: Receiver::new(out, n, 1.0)?, emitter, occluders: Vec::new(), tolerance: 1.0 };
     let place = |_| {
         let from = if cast.is_single() { -12 } else { -40 };
-        let at = out * sampler.spread(from, 0) + along * (width * sampler.between(-1.5, 1.5));
-        [round(at), round(n)]
+        let position = out * sampler.spread(from, 0) + along * (width * sampler.between(-1.5, 1.5));
+        [round(position), round(n)]
     };
     let places: Vec<[DVec3; 2]> = (0..8).map(place).collect();
-    let (ready, alone) = (ReadyEmitter::<F>::new(problem.emitter.clone()), each_alone(&problem, &places)?);
-    let answers = asked(Engine::new(), (&problem, &ready), &places, cast, 3)?;
-    let findings = beside_alone(&answers, &alone, cast, false).into_iter();
-    Ok(findings.map(|(k, what)| format!("foot {index}, receiver {k}: {what}")).collect())
+    in_one_way(&format!("foot {index}"), &problem, &places, cast, 3)
 }
 
 /// Contradictions of batch `index` in one precision.

@@ -183,9 +183,9 @@ pub fn of_repairs() -> Result<Vec<String>, String> {
     let scene = scene_of([[b, c, d], [a, d, c], [a, b, d], [a, c, b]].map(|face| face.to_vec()).to_vec())?;
     let factors = FormFactors::new(&scene).map_err(said)?;
     let settings = FactorSettings { tolerance: 1e-9, ..FactorSettings::default() };
-    let kept = Mutex::new(Vec::new());
-    let keep = |row: &ComputedRow| kept.lock().map_or((), |mut kept| kept.push(row.clone()));
-    let area = factors.rows_from(0..4, &settings, Vec::new(), keep).map_err(said)?.areas()[0];
+    let stored = Mutex::new(Vec::new());
+    let store = |row: &ComputedRow| stored.lock().map_or((), |mut rows| rows.push(row.clone()));
+    let area = factors.rows_from(0..4, &settings, Vec::new(), store).map_err(said)?.areas()[0];
     let changed = |row: &ComputedRow, brackets: &[[f64; 3]; 6]| -> Result<ComputedRow, serde_json::Error> {
         let mut text = serde_json::to_value(row)?;
         for pair in text["pairs"].as_array_mut().into_iter().flatten() {
@@ -201,7 +201,7 @@ pub fn of_repairs() -> Result<Vec<String>, String> {
         }
         serde_json::from_value(text)
     };
-    let rows = kept.into_inner().map_err(|error| error.to_string())?;
+    let rows = stored.into_inner().map_err(|error| error.to_string())?;
     let mut findings = Vec::new();
     for (brackets, wanted) in [(WAITING, Some(1.0 / 9.0)), (AT_ENDS, None)] {
         let rows = rows.iter().map(|row| changed(row, &brackets)).collect::<Result<Vec<_>, _>>();

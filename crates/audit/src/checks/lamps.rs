@@ -3,11 +3,12 @@
 //! Trees of one lamp or a few press on the rule by which a node is left out: its whole contribution is then the error.
 
 use glam::DVec3;
-use radgrad_core::batch::{Answers, Counts, EmitterTree, Emitters, Engine, Receivers};
-use radgrad_core::{Emission, Emitter, Error, Polygon, Receiver, evaluate_to};
+use radgrad_core::batch::{Answers, Counts, EmitterTree, Emitters, Engine, Precision, Receivers};
+use radgrad_core::{Answer, Emission, Emitter, Error, Polygon, Receiver, evaluate_to};
 use rayon::prelude::*;
 
 use crate::cases::sampler::Sampler;
+use crate::checks::batches::{Cast, DOUBLE, SINGLE, entry};
 use crate::measures::measure::is_worse;
 
 /// A lamp about a place, of a size, that faces about a way.
@@ -113,18 +114,31 @@ pub fn wrong(index: u64) -> Result<Vec<String>, Error> {
         hold("a total", (answers.radiosity[0] - sum).abs(), answers.radiosity_error[0] + error);
         hold("a total's bound", answers.radiosity_error[0], tolerance * (1.0 + 1e-9) + error);
     }
-    // Each beside others.
     for tolerance in [1.0, 1e-9] {
-        Engine::new().each_to(&receiver, &Emitters::<f64>::new(&lamps), tolerance, &mut answers)?;
-        for (k, one) in alone.iter().enumerate() {
-            let slope = DVec3::from(answers.gradient.each_ref().map(|c| c[k]));
-            hold("one of many", (answers.radiosity[k] - one.radiosity).abs(), answers.radiosity_error[k] + one.radiosity_error);
-            hold("the gradient of one of many", (slope - one.gradient).length(), answers.gradient_error[k] + one.gradient_error);
+        for (what, error, room) in beside_others(&receiver, &lamps, &alone, tolerance, &DOUBLE)? {
+            hold(what, error, room);
         }
-        // As many as there are.
-        hold("a count of entries", entries(&answers.counts).abs_diff(lamps.len()) as f64, 0.0);
     }
     Ok(findings)
+}
+
+/// Each lamp on lanes beside the others, in one precision, against itself alone: the error of each figure, and the bounds on it.
+fn beside_others<F: Precision>(
+    receiver: &Receiver,
+    lamps: &[Emitter],
+    alone: &[Answer],
+    tolerance: f64,
+    cast: &Cast<F>,
+) -> Result<Vec<(&'static str, f64, f64)>, Error> {
+    let mut answers = Answers::<F>::default();
+    Engine::new().each_to(receiver, &Emitters::<F>::new(lamps), tolerance, &mut answers)?;
+    let mut told = vec![("a count of entries", entries(&answers.counts).abs_diff(lamps.len()) as f64, 0.0)];
+    for (k, one) in alone.iter().enumerate() {
+        let (value, slope, [of_value, of_slope]) = entry(&answers, cast, k);
+        told.push(("one of many", (value - one.radiosity).abs(), of_value + one.radiosity_error));
+        told.push(("the gradient of one of many", (slope - one.gradient).length(), of_slope + one.gradient_error));
+    }
+    Ok(told)
 }
 
 /// How many entries are answered: those whose lanes are done again in double precision are among the others.
@@ -216,22 +230,14 @@ fn of_singles(index: u64) -> Result<Vec<String>, Error> {
     let held = sampler.one_in(2);
     let shift = sampler.cube() * 0.5;
     let receiver = Receiver::new(origin + if held { grid(shift) } else { shift }, DVec3::Z + sampler.cube(), 0.5)?;
+    let alone = lamps.iter().map(|lamp| evaluate_to(&receiver, lamp, &[], 1e-10)).collect::<Result<Vec<_>, _>>()?;
     let mut findings = Vec::new();
-    let mut answers = Answers::<f32>::default();
     for tolerance in [1.0, 1e-4] {
-        Engine::new().each_to(&receiver, &Emitters::<f32>::new(&lamps), tolerance, &mut answers)?;
-        for (k, lamp) in lamps.iter().enumerate() {
-            let alone = evaluate_to(&receiver, lamp, &[], 1e-10)?;
-            let (off, room) = (f64::from(answers.radiosity[k]) - alone.radiosity, f64::from(answers.radiosity_error[k]));
-            let slope = DVec3::from(answers.gradient.each_ref().map(|c| f64::from(c[k]))) - alone.gradient;
-            let room_of_slope = f64::from(answers.gradient_error[k]);
-            if is_worse(off.abs(), room + alone.radiosity_error) || is_worse(slope.length(), room_of_slope + alone.gradient_error)
-            {
-                findings.push(format!(
-                    "one of many in single precision is off by {off:e} and {slope}, known to {room:e} and {room_of_slope:e}"
-                ));
-            }
-        }
+        let told = beside_others(&receiver, &lamps, &alone, tolerance, &SINGLE)?.into_iter();
+        let wrong = told.filter(|&(_, error, room)| is_worse(error, room));
+        findings.extend(
+            wrong.map(|(what, error, room)| format!("in single precision {what} is off by {error:e}, the bounds are {room:e}")),
+        );
     }
     Ok(findings)
 }

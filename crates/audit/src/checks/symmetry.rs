@@ -262,7 +262,7 @@ pub fn all_wrong() -> Vec<String> {
         .collect()
 }
 
-/// Screens of which an edge is seen in line with an edge of the lamp.
+/// How many screens have an edge that the receiver sees in line with an edge of the lamp.
 const IN_LINE: u64 = 40;
 
 /// The distance to places beside a receiver: light whose gradient has one value changes it by little over it.
@@ -271,30 +271,28 @@ const BESIDE: f64 = 1.0 / (1 << 20) as f64;
 /// The most that the second derivatives of these cases are.
 const STEEPEST: f64 = 1e3;
 
-/// A screen whose edge is seen exactly in line with a part of the lamp's edge, over the lamp or beside it: the gradient and the derivatives by
-/// vertices have two values there, and bounds that hold those of every place beside it.
+/// The receiver sees an edge of a screen exactly in line with a part of the lamp's edge; the screen hides the lamp there, or lies beside it. The
+/// gradient and the derivatives by vertices have two values: their bounds have to reach the values at every place beside.
 fn in_line(index: u64) -> Result<Vec<String>, Error> {
     let s = &mut Sampler::new(37, "in line", index);
     let mut eighth = |low: i64, high: i64| s.integer(low, high) as f64 * 0.125;
     // Of half of them the plane through both edges is one of constant x.
     let slant = if index.is_multiple_of(2) { 0.0 } else { eighth(-8, 8) };
-    let at = DVec3::new(eighth(-8, 8), eighth(-8, 8), eighth(-8, 8));
+    let place = DVec3::new(eighth(-8, 8), eighth(-8, 8), eighth(-8, 8));
     let [a, b] = [eighth(-8, 0), eighth(1, 8)].map(|y| DVec3::new(slant, y, 1.0));
     let lamp = [a, b, DVec3::new(slant + 1.0, eighth(-8, 8), 1.0)];
     let [from, to] = [eighth(-8, 4), eighth(5, 12)].map(|share| a + (b - a) * share);
     let aside = DVec3::new(if index % 4 < 2 { -0.5 } else { 0.25 }, eighth(-2, 2), 0.0);
     let screen = [from * 0.5, to * 0.5, from * 0.5 + aside];
-    let turn = |p: DVec3| at + if index.is_multiple_of(3) { p } else { DVec3::new(p.z, p.x, p.y) };
-    let lamp = Emitter::new(Polygon::new(lamp.map(turn).to_vec())?, Emission::Constant(1.0))?;
-    let screen = Polygon::new(screen.map(turn).to_vec())?;
-    // Whichever of its sides the lamp shines to.
-    let lamp = if lamp.polygon().normal().dot(at - lamp.polygon().vertices()[0]) > 0.0 {
-        lamp
-    } else {
-        Emitter::new(Polygon::new(lamp.polygon().vertices().iter().rev().copied().collect())?, Emission::Constant(1.0))?
-    };
+    let turn = |p: DVec3| place + if index.is_multiple_of(3) { p } else { DVec3::new(p.z, p.x, p.y) };
+    let (mut lamp, screen) = (lamp.map(turn), Polygon::new(screen.map(turn).to_vec())?);
+    // The lamp shines towards the receiver.
+    if (lamp[1] - lamp[0]).cross(lamp[2] - lamp[0]).dot(place - lamp[0]) < 0.0 {
+        lamp.reverse();
+    }
+    let lamp = Emitter::new(Polygon::new(lamp.to_vec())?, Emission::Constant(1.0))?;
     let asked = |aside: DVec3| -> Result<Vec<(DVec3, f64)>, Error> {
-        let receiver = Receiver::new(at + aside * BESIDE, turn(DVec3::new(0.125, 0.25, 1.0)) - at, 1.0)?;
+        let receiver = Receiver::new(place + aside * BESIDE, turn(DVec3::new(0.125, 0.25, 1.0)) - place, 1.0)?;
         let (light, by) = (evaluate_to(&receiver, &lamp, [&screen], 1e-9)?, derivatives(&receiver, &lamp, [&screen], 1e-9)?);
         let vertices = by.vertices.iter().chain(by.occluders.iter().flatten()).map(|vertex| (vertex.value, vertex.error));
         Ok(std::iter::once((light.gradient, light.gradient_error)).chain(vertices).collect())

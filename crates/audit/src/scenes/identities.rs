@@ -302,12 +302,16 @@ fn alike(reflectance: f64, width: f64) -> Wrong {
     let plain = scene(&walls, false, &["grey"]).map_err(|error| error.to_string())?;
     hold("the mean", certify(&plain, &request).map_err(|error| error.to_string())?.mean[0]);
     let textured = scene(&walls, true, &["grey"]).map_err(|error| error.to_string())?;
-    let floor = Place { position: DVec3::new(0.3, 0.4, 0.0), normal: DVec3::Z, face: Some(0) };
-    let request = Request { rays: 2_000, ..request };
-    for point in certify_points(&textured, &[floor], &request).map_err(|error| error.to_string())? {
-        hold("the irradiance", point.map_err(|error| error.to_string())?.irradiance[0]);
-    }
+    hold("the irradiance", on_floor(&textured, &Request { rays: 2_000, ..request })?);
     Ok(findings)
+}
+
+/// The certificate of the irradiance at a point of the floor of a box of side 1.
+fn on_floor(scene: &Scene, request: &Request) -> Result<Interval, String> {
+    let floor = Place { position: DVec3::new(0.3, 0.4, 0.0), normal: DVec3::Z, face: Some(0) };
+    let points = certify_points(scene, &[floor], request).map_err(|error| error.to_string())?;
+    let point = points.into_iter().next().ok_or("no point")?;
+    Ok(point.map_err(|error| error.to_string())?.irradiance[0])
 }
 
 /// A room of radiosity 1 whose walls give their light by textures but for one, which gives little: walks that leave it out leave out no other light.
@@ -318,16 +322,9 @@ fn one_faint_lamp() -> Wrong {
         let (is_textured, reflectance) = (index != 1, if index == 1 { 0.999 } else { 0.5 });
         add_wall(&mut scene, corners, &[vec![reflectance], vec![(1.0 - reflectance) / PI]], is_textured).map_err(said)?;
     }
-    let floor = Place { position: DVec3::new(0.3, 0.4, 0.0), normal: DVec3::Z, face: Some(0) };
-    let request = Request { width: 0.2, rays: 20_000, seed: 11, delta: 1e-3 };
-    let mut findings = Vec::new();
-    for point in certify_points(&scene, &[floor], &request).map_err(|error| error.to_string())? {
-        let limits = point.map_err(|error| error.to_string())?.irradiance[0];
-        if !limits.contains(1.0) {
-            findings.push(format!("with one faint lamp the irradiance of 1 has the certificate {limits:?}"));
-        }
-    }
-    Ok(findings)
+    let limits = on_floor(&scene, &Request { width: 0.2, rays: 20_000, seed: 11, delta: 1e-3 })?;
+    let told = format!("with one faint lamp the irradiance of 1 has the certificate {limits:?}");
+    Ok((!limits.contains(1.0)).then_some(told).into_iter().collect())
 }
 
 /// A wide lamp close above a small floor, which nearly all of its light passes by: walks start from pairs of triangles.

@@ -242,10 +242,10 @@ fn uneven() -> Wrong {
             let value = |element: usize| if element == *brightest { 64.0 } else { element as f64 };
             let of_leaf = |(element, is_leaf): (usize, &bool)| if *is_leaf { value(element) } else { 0.0 };
             let values: Vec<f64> = receives.iter().enumerate().map(of_leaf).collect();
-            let [means, most] = parts::pulled(&mesh, &receives, &values);
+            let [means, maxima] = parts::pulled(&mesh, &receives, &values);
             let mean: f64 = leaves.iter().map(|&leaf| value(leaf) * mesh.elements()[leaf].area()).sum();
-            if means[0] != mean || most[0] != 64.0 {
-                findings.push(format!("of {values:?} the mean is {mean}, the largest 64, said {} and {}", means[0], most[0]));
+            if means[0] != mean || maxima[0] != 64.0 {
+                findings.push(format!("of {values:?} the mean is {mean}, the largest 64, said {} and {}", means[0], maxima[0]));
             }
         }
     }

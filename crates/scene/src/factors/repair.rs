@@ -172,8 +172,8 @@ impl FactorMatrix {
         let of_rows: f64 = multipliers.iter().zip(self.scaled_areas.iter()).map(|(m, area)| m * area).sum();
         let of_pair = |((pair, &value), &to): ((&super::matrix::Pair, &f64), &f64)| {
             let [a, b] = pair.faces.map(|face| face as usize);
-            let (width, off) = (pair.known.most - pair.known.least, to - value);
-            let bent = if width > 0.0 { 0.5 * off * off / width } else { 0.0 };
+            let (width, change) = (pair.known.most - pair.known.least, to - value);
+            let bent = if width > 0.0 { 0.5 * change * change / width } else { 0.0 };
             bent - (multipliers[a] + multipliers[b]) * to
         };
         of_rows + self.pairs.iter().zip(before).zip(moved).map(of_pair).sum::<f64>()

@@ -272,8 +272,8 @@ fn projections_of(index: u64) -> Wrong {
     let leaves: Vec<usize> = mesh.leaves().collect();
     let mut of_leaf = |&leaf: &usize| (0..mesh.basis(leaf).len()).map(|_| s.between(-1.0, 1.0)).collect::<Vec<f64>>();
     let light: Vec<Vec<f64>> = leaves.iter().map(&mut of_leaf).collect();
-    let value = |element: usize, coefficients: &[f64], at: [f64; 2]| {
-        mesh.basis(element).values(at).iter().zip(coefficients).map(|(phi, c)| phi * c).sum::<f64>()
+    let value = |element: usize, coefficients: &[f64], place: [f64; 2]| {
+        mesh.basis(element).values(place).iter().zip(coefficients).map(|(phi, c)| phi * c).sum::<f64>()
     };
     let mut findings = Vec::new();
     for (element, said) in parts::projections(&mesh, &light).into_iter().enumerate() {
